@@ -44,8 +44,8 @@ def eq(path, said, mine, tol=1e-9):
         return
     d = abs(said - mine)
     d = d / max(abs(said), abs(mine)) if d else 0.0
-    if d > 1e-9 and abs(said - mine) < 1e-12:
-        d = 0.0  # rounding about 0
+    if d > 1e-9 and abs(said - mine) < 1e-6:
+        d = 0.0  # rows are stored to a nanometre, 1e-6 mm
     if d > dev[sec]:
         dev[sec] = d
         where[sec] = path

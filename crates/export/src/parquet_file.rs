@@ -13,25 +13,28 @@ use parquet::column::reader::ColumnReaderImpl;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
-use parquet::schema::types::Type;
+use parquet::schema::types::{ColumnPath, Type};
 use serde_json::{Value, json};
 
 use crate::error::ExportError;
 use crate::table::{Column, Table, Values};
 
 /// Rows of a group: what is held in memory of one column at a time.
-const GROUP_ROWS: usize = 64 * 1024;
+const GROUP_ROWS: usize = 1 << 20;
+
+/// Most rows of a page: what a reader unpacks at a time.
+const PAGE_ROWS: usize = 1 << 16;
 
 /// Rows that room is made for before any is read.
 const MOST_AT_ONCE: usize = 1 << 16;
 
 /// Writes a table as Parquet (version 2, zstd). Blank cells are null. The file's metadata has under
 /// `inhand.columns` a JSON object with unit and frame of each column, and the pairs of `about`. Every `part_rows`
-/// rows belong together, such as those of a method, and are stored so that a reader finds them without their
-/// neighbours.
+/// rows belong together, such as those of a method: pages end with them, so that a reader unpacks no others.
+/// Columns whose cells are the same in every part are one page of a group, where repetitions take no space.
 ///
 /// # Errors
 ///
@@ -55,23 +58,35 @@ pub fn write_parquet(
         .set_created_by(concat!("inhand ", env!("CARGO_PKG_VERSION")).to_owned())
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_key_value_metadata(Some([columns].into_iter().chain(about).collect()))
-        // Coordinates hardly ever repeat: a dictionary of them only costs time.
-        .set_dictionary_enabled(false)
-        .set_encoding(Encoding::PLAIN)
-        .build();
-    let mut writer = SerializedFileWriter::new(&mut *out, Arc::new(schema), Arc::new(properties))?;
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_data_page_size_limit(usize::MAX)
+        .set_data_page_row_count_limit(part_rows.clamp(1, PAGE_ROWS));
+    let properties = table.columns.iter().fold(properties, |properties, column| {
+        let path = ColumnPath::from(column.name.as_str());
+        let properties = match column.shared {
+            true => properties.set_column_data_page_row_count_limit(path.clone(), usize::MAX),
+            false => properties,
+        };
+        match column.values {
+            // Measured numbers hardly ever repeat, but their high bytes do, and low ones of rounded numbers.
+            Values::Numbers(_) => (properties.set_column_dictionary_enabled(path.clone(), false))
+                .set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT),
+            Values::Counts(_) | Values::Words(_) => properties,
+        }
+    });
+    let properties = Arc::new(properties.build());
+    let mut writer = SerializedFileWriter::new(&mut *out, Arc::new(schema), properties)?;
     let mut start = 0;
     while start < table.rows {
-        // No group holds rows of two parts.
-        let part_rows = part_rows.max(1);
-        let part_end = (start / part_rows + 1).saturating_mul(part_rows);
-        let rows = start..(start + GROUP_ROWS).min(part_end).min(table.rows);
+        let rows = start..(start + GROUP_ROWS).min(table.rows);
         let mut group = writer.next_row_group()?;
         for column in &table.columns {
             let mut cells = group
                 .next_column()?
                 .ok_or_else(|| ParquetError::General("fewer columns than the schema".to_owned()))?;
-            write_cells(column, rows.clone(), &mut cells)?;
+            for part in parts(rows.clone(), part_rows.max(1)) {
+                write_cells(column, part, &mut cells)?;
+            }
             cells.close()?;
         }
         group.close()?;
@@ -79,6 +94,21 @@ pub fn write_parquet(
     }
     writer.close()?;
     Ok(out.flush()?)
+}
+
+/// Ranges of rows that do not go beyond a part.
+fn parts(rows: Range<usize>, part_rows: usize) -> impl Iterator<Item = Range<usize>> {
+    let next = move |start: usize| {
+        (start / part_rows + 1)
+            .saturating_mul(part_rows)
+            .min(rows.end)
+    };
+    let starts = std::iter::successors(Some(rows.start), move |&start| Some(next(start)));
+    let ends = starts.clone().skip(1);
+    starts
+        .zip(ends)
+        .take_while(|(start, end)| start < end)
+        .map(|(start, end)| start..end)
 }
 
 fn field(column: &Column<'_>) -> Result<Type, ExportError> {
@@ -124,7 +154,13 @@ fn write_cells(
             (cells.typed::<Int64Type>()).write_batch(&counts, None, None)?;
         }
         Values::Words(word) => {
-            let words: Vec<ByteArray> = rows.map(|row| ByteArray::from(&*word(row))).collect();
+            let mut words = Vec::<ByteArray>::with_capacity(rows.len());
+            for row in rows {
+                let word = word(row);
+                // Runs of one word share its bytes.
+                let same = words.last().filter(|last| last.data() == word.as_bytes());
+                words.push((same.cloned()).unwrap_or_else(|| ByteArray::from(&*word)));
+            }
             (cells.typed::<ByteArrayType>()).write_batch(&words, None, None)?;
         }
     }
@@ -261,14 +297,18 @@ impl ParquetTable {
                 let expected = format!("{what} in column \"{column}\"");
                 self.refused(expected, "others")
             })?;
-            cells(reader, group.len(), blank, &mut found)
-                .map_err(|error| self.damaged(column, &error))?;
-            if found.len() - before != group.len() {
-                let missing = format!("{} cells in column \"{column}\"", group.len());
+            let cells = cells(
+                reader,
+                part.start - group.start,
+                part.len(),
+                blank,
+                &mut found,
+            );
+            cells.map_err(|error| self.damaged(column, &error))?;
+            if found.len() - before != part.len() {
+                let missing = format!("{} cells in column \"{column}\"", part.len());
                 return Err(self.refused(missing, found.len() - before));
             }
-            found.truncate(before + part.end - group.start);
-            found.drain(before..before + part.start - group.start);
         }
         Ok(found)
     }
@@ -282,14 +322,16 @@ impl ParquetTable {
     }
 }
 
-/// All cells of a column in one group; a blank one becomes `blank`.
+/// Cells of a column in one group behind those that are skipped; a blank one becomes `blank`.
 fn cells<D: DataType>(
     mut reader: ColumnReaderImpl<D>,
+    skipped: usize,
     count: usize,
     blank: &D::T,
     out: &mut Vec<D::T>,
 ) -> Result<(), ParquetError> {
     let (mut values, mut present) = (Vec::with_capacity(count.min(MOST_AT_ONCE)), Vec::new());
+    reader.skip_records(skipped)?;
     let mut read = 0;
     while read < count {
         let (rows, ..) = reader.read_records(

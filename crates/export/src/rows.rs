@@ -7,7 +7,7 @@ use std::path::Path;
 
 use inhand_model::{
     EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin, Segments,
-    Trajectory,
+    Trajectory, stored,
 };
 use serde::{Deserialize, Serialize};
 
@@ -98,25 +98,25 @@ pub fn evaluation_rows<'a>(
     table.counts("segment", |i| i.segment);
     table.counts("start_sample", |i| i.origin.start);
     table.counts("sample", |i| i.sample);
-    table.numbers("time_s", "s", |i| i.sample as f64 / rows.layout.rate_hz);
+    (table.numbers("time_s", "s", |i| i.sample as f64 / rows.layout.rate_hz)).shared = true;
     for finger in Finger::ALL {
         let name = |suffix: &str| format!("{}.{suffix}", finger.name());
         table.numbers(name("error_m"), "m", move |i| {
-            i.method.error_m[i.at][finger]
+            stored(i.method.error_m[i.at][finger])
         });
         table.counts(name("filled"), move |i| rows.filled[i.at][finger].into());
         if let Some(recorded_m) = &rows.recorded_distance_m {
-            let distance_m = move |i: Instant<'_>| i.of(&i.method.distance_m, finger);
+            let distance_m = move |i: Instant<'_>| stored(i.of(&i.method.distance_m, finger));
             table.numbers(name("distance_m"), "m", distance_m);
-            let recorded_m = move |i: Instant<'_>| recorded_m[i.at][finger];
-            table.numbers(name("recorded_distance_m"), "m", recorded_m);
+            let recorded_m = move |i: Instant<'_>| stored(recorded_m[i.at][finger]);
+            (table.numbers(name("recorded_distance_m"), "m", recorded_m)).shared = true;
         }
-        let hull_m = move |i: Instant<'_>| i.method.hull_distance_m[i.at][finger];
+        let hull_m = move |i: Instant<'_>| stored(i.method.hull_distance_m[i.at][finger]);
         table.numbers(name("hull_distance_m"), "m", hull_m);
-        let recorded_m = move |i: Instant<'_>| rows.recorded_hull_distance_m[i.at][finger];
-        table.numbers(name("recorded_hull_distance_m"), "m", recorded_m);
+        let recorded_m = move |i: Instant<'_>| stored(rows.recorded_hull_distance_m[i.at][finger]);
+        (table.numbers(name("recorded_hull_distance_m"), "m", recorded_m)).shared = true;
         if any(|method| method.mahalanobis.is_some()) {
-            let mahalanobis = move |i: Instant<'_>| i.of(&i.method.mahalanobis, finger);
+            let mahalanobis = move |i: Instant<'_>| stored(i.of(&i.method.mahalanobis, finger));
             table.numbers(name("mahalanobis"), "1", mahalanobis);
         }
         if let Some(positions) = positions {
@@ -129,7 +129,8 @@ pub fn evaluation_rows<'a>(
                 for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
                     let name = name(&format!("{motion}_{letter}_m"));
                     let number = move |i| position_m(positions, i, finger, axis);
-                    table.numbers(name, "m", number).frame = "hand";
+                    let column = table.numbers(name, "m", number);
+                    (column.frame, column.shared) = ("hand", motion == "recorded");
                 }
             }
         }
@@ -137,12 +138,13 @@ pub fn evaluation_rows<'a>(
     if rows.recorded_distance_m.is_some() {
         table.counts("object_filled", |i| rows.object_filled[i.at].into());
     }
-    table.numbers("nearest_pair_m", "m", |i| i.method.nearest_pair_m[i.at]);
-    table.numbers("recorded_nearest_pair_m", "m", |i| {
-        rows.recorded_nearest_pair_m[i.at]
+    table.numbers("nearest_pair_m", "m", |i| {
+        stored(i.method.nearest_pair_m[i.at])
     });
+    let recorded_m = |i: Instant<'_>| stored(rows.recorded_nearest_pair_m[i.at]);
+    (table.numbers("recorded_nearest_pair_m", "m", recorded_m)).shared = true;
     if any(|method| method.object_position_error_m.is_some()) {
-        let at = |values: &Option<Vec<f64>>, k| values.as_ref().map_or(f64::NAN, |v| v[k]);
+        let at = |values: &Option<Vec<f64>>, k| values.as_ref().map_or(f64::NAN, |v| stored(v[k]));
         table.numbers("object_position_error_m", "m", move |i| {
             at(&i.method.object_position_error_m, i.at)
         });

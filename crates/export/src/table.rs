@@ -14,6 +14,8 @@ pub struct Column<'a> {
     pub unit: &'static str,
     /// Frame of a coordinate, else nothing.
     pub frame: &'static str,
+    /// Whether every part of the table has the same cells, such as those of the recorded motion by each method.
+    pub(crate) shared: bool,
     pub(crate) values: Values<'a>,
 }
 
@@ -103,6 +105,7 @@ impl<'a, R, F: Fn(usize) -> R + Clone + Sync + 'a> TableBuilder<'a, F> {
             name,
             unit,
             frame: "",
+            shared: false,
             values,
         });
         &mut columns[place]

@@ -5,9 +5,9 @@ use inhand_model::{EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout,
 
 const SAMPLES: usize = 3;
 
-/// Two methods on two segments of two takes; the second segment's plan failed for the second method.
+/// Numbers as files store them: two methods on two segments of two takes; the second segment's plan failed for the second method.
 fn rows(object: bool) -> EvaluationRows {
-    let number = |k: usize, finger: Finger| (k * 5 + finger.index()) as f64 * 1e-4;
+    let number = |k: usize, finger: Finger| (k * 5 + finger.index()) as f64 / 1024.0;
     let by_instant = |offset: f64| -> Vec<PerFinger<f64>> {
         (0..2 * SAMPLES)
             .map(|k| PerFinger::from_fn(|finger| offset + number(k, finger)))
@@ -17,12 +17,12 @@ fn rows(object: bool) -> EvaluationRows {
     failed[SAMPLES..].fill(PerFinger::new([f64::NAN; 5]));
     let method = |name: &str, error_m: Vec<PerFinger<f64>>| MethodRows {
         name: name.to_owned(),
-        distance_m: object.then(|| by_instant(-0.001)),
-        hull_distance_m: by_instant(-0.01),
-        nearest_pair_m: error_m.iter().map(|e| e[Finger::Thumb] + 0.02).collect(),
+        distance_m: object.then(|| by_instant(-1.0 / 512.0)),
+        hull_distance_m: by_instant(-0.125),
+        nearest_pair_m: error_m.iter().map(|e| e[Finger::Thumb] + 0.25).collect(),
         // The baseline plans neither object nor prediction region.
-        object_position_error_m: (object && name == "prior").then(|| vec![0.001; 2 * SAMPLES]),
-        object_angle_error_rad: (object && name == "prior").then(|| vec![0.1; 2 * SAMPLES]),
+        object_position_error_m: (object && name == "prior").then(|| vec![0.125; 2 * SAMPLES]),
+        object_angle_error_rad: (object && name == "prior").then(|| vec![0.5; 2 * SAMPLES]),
         mahalanobis: (name == "prior").then(|| by_instant(2.0)),
         error_m,
     };
@@ -41,9 +41,9 @@ fn rows(object: bool) -> EvaluationRows {
             .map(|k| PerFinger::from_fn(|finger| (k + finger.index()) % 4 == 0))
             .collect(),
         object_filled: (0..2 * SAMPLES).map(|k| object && k == 1).collect(),
-        recorded_distance_m: object.then(|| by_instant(0.003)),
-        recorded_hull_distance_m: by_instant(-0.02),
-        recorded_nearest_pair_m: vec![0.03; 2 * SAMPLES],
+        recorded_distance_m: object.then(|| by_instant(0.25)),
+        recorded_hull_distance_m: by_instant(-0.5),
+        recorded_nearest_pair_m: vec![0.75; 2 * SAMPLES],
         methods: vec![method("prior", by_instant(0.0)), method("line", failed)],
     }
 }
@@ -80,12 +80,29 @@ fn what_was_written_is_read_back() {
         );
         same(&file.read().expect("sound"), &rows);
         let errors = file.error_m("line", Finger::Ring).expect("it is there");
-        assert_eq!(errors[..SAMPLES], [0.5003, 0.5008, 0.5013]);
+        assert_eq!(
+            errors[..SAMPLES],
+            [3.0, 8.0, 13.0].map(|k| 0.5 + k / 1024.0)
+        );
         assert!(errors[SAMPLES..].iter().all(|e| e.is_nan()));
         let refused = file
             .error_m("hold", Finger::Ring)
             .expect_err("not evaluated");
         assert!(refused.to_string().contains("prior, line"), "{refused}");
+    }
+}
+
+#[test]
+fn numbers_are_stored_to_the_nanometre() {
+    let mut exact = rows(true);
+    let errors_m = [1.0 / 3.0, 0.1, f64::NAN, 1e-12, 123.456, 0.0];
+    for (k, error_m) in errors_m.into_iter().enumerate() {
+        exact.methods[0].error_m[k] = PerFinger::new([error_m; 5]);
+    }
+    let (_folder, path) = written(&exact);
+    let read = RowsFile::open(&path).and_then(|file| file.error_m("prior", Finger::Index));
+    for (stored, exact) in read.expect("sound").into_iter().zip(errors_m) {
+        assert!(exact.is_nan() && stored.is_nan() || (stored - exact).abs() <= 0.5e-9);
     }
 }
 

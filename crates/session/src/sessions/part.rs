@@ -17,6 +17,9 @@ const HELD_OUT_ROWS_FILE: &str = "rows.held_out.parquet";
 /// More than adding up in another order does to a mean, relative.
 const MEAN_ROUNDING: f64 = 1e-9;
 
+/// More than storing rows does to a mean, metres.
+const STORED_ROUNDING_M: f64 = 0.5e-9;
+
 /// One evaluation with the rows behind it.
 #[derive(Debug)]
 pub struct Part {
@@ -202,7 +205,8 @@ impl Part {
         let stated = stated.map(|stated| stated.error.by_finger[finger]);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let same = stated.is_some_and(|stated| {
-            let off = (mean - stated.mean).abs() > MEAN_ROUNDING * stated.mean.abs();
+            let rounding_m = MEAN_ROUNDING * stated.mean.abs() + STORED_ROUNDING_M;
+            let off = (mean - stated.mean).abs() > rounding_m;
             stated.n == errors.len() && (errors.is_empty() || !off)
         });
         if same {

@@ -29,7 +29,7 @@ fn what_others_wrote_needs_force() {
     bench.ok(&[&convert[..], &["--force"]].concat());
     // The identical call may be repeated; another input or other settings need force.
     bench.ok(&convert);
-    let bare = [&convert[..], &["--no-view"]].concat();
+    let bare = [&convert[..], &["--views=none"]].concat();
     assert_eq!(bench.inhand(&bare).status.code(), Some(2));
     let other = ["convert", "session/train/cube_train_02.csv", "-o", "a.mcap"];
     assert_eq!(bench.inhand(&other).status.code(), Some(2));
@@ -68,8 +68,8 @@ fn results_of_another_session_need_force() {
     assert_eq!(bench.inhand(&args).status.code(), Some(2));
     bench.ok(&[&args[..], &["--force"]].concat());
     // What the other session left is gone with it.
-    assert!(!bench.path("out/cube_train_01.mcap").exists());
-    assert!(bench.path("out/cylinder_train_01.mcap").is_file());
+    assert!(!bench.path("out/cube_test_01.mcap").exists());
+    assert!(bench.path("out/cylinder_test_01.mcap").is_file());
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn the_identical_call_may_be_repeated_and_no_other_replaces_results() {
     ];
     // A call, its output, and what makes it another one.
     for (call, name, other) in [
-        (&["process", train][..], "p.mcap", &["--no-view"][..]),
+        (&["process", train][..], "p.mcap", &["--views=none"][..]),
         (
             &["clean", train, "--repair"],
             "c.mcap",
@@ -206,7 +206,7 @@ fn the_identical_call_may_be_repeated_and_no_other_replaces_results() {
         (
             &["generate", "-d", dictionary, test, "--methods", "line,hold"],
             "g.mcap",
-            &["--no-view"],
+            &["--views=none"],
         ),
         (
             &["evaluate", "-d", dictionary, test],

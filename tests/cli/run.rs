@@ -1,12 +1,11 @@
 //! `inhand run`: results, reuse, the same bytes every time.
 
 use crate::support::{Bench, without_provenance};
+use crate::view::messages;
 
-const RESULTS: [&str; 12] = [
+const RESULTS: [&str; 10] = [
     "contacts.parquet",
     "cube_test_01.mcap",
-    "cube_train_01.mcap",
-    "cube_train_02.mcap",
     "dictionary.mcap",
     "evaluation.json",
     "phases.parquet",
@@ -175,6 +174,27 @@ fn writes_every_result() {
         );
     }
     assert!(run["threads"].as_u64().is_some_and(|n| n > 0));
+}
+
+#[test]
+fn training_takes_and_other_methods_are_written_on_request() {
+    let bench = Bench::csv();
+    let count = |root: &str| {
+        let topics = messages(&bench, "out/cube_test_01.mcap").into_keys();
+        let of = |topic: &String| topic.starts_with(root) && topic.ends_with("/fingertips");
+        topics.filter(of).count()
+    };
+    bench.run("out", &[]);
+    assert_eq!((count("/generated/"), count("/view/generated/")), (2, 1));
+    assert_eq!(count("/held_out/"), count("/generated/"));
+    let all = ["--takes", "all", "--take-methods", "all", "--views", "all"];
+    bench.run("out", &all);
+    assert_eq!((count("/generated/"), count("/view/generated/")), (7, 7));
+    assert!(bench.path("out/cube_train_01.mcap").is_file());
+    // What this run does not write does not stay behind.
+    bench.run("out", &["--views", "none"]);
+    assert_eq!(beside_figures(&bench, "out"), RESULTS);
+    assert_eq!(count("/view/"), 0);
 }
 
 #[test]

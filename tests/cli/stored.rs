@@ -41,7 +41,7 @@ fn single_steps_repeat_nothing() {
         evaluate = { tau_mm = 6.0, draws = 200 }
         "#,
     );
-    bench.ok(&["run", "session", "-o", "out"]);
+    bench.ok(&["run", "session", "-o", "out", "--take-methods", "all"]);
     let run = without_provenance(bench.json("out/evaluation.json"));
     let learned = bench.ok(&[
         &["learn"],

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use inhand_channels::Views;
 use inhand_container::{Depth, Record, walk};
 
 use crate::bags::{as_mocap4r2, recorded};
@@ -68,7 +69,7 @@ fn what_steps_leave_out_is_added_later_as_they_would_have_written_it() {
     let take = "session/test/cube_test_01.csv";
     let both = |step: &[&str], with: &'static str, without: &'static str| {
         bench.ok(&[step, &["-o", with]].concat());
-        bench.ok(&[step, &["-o", without, "--no-view"]].concat());
+        bench.ok(&[step, &["-o", without, "--views=none"]].concat());
         same_views(&bench, with, without)
     };
     both(&["convert", take], "a.mcap", "a0.mcap");
@@ -90,7 +91,7 @@ fn what_steps_leave_out_is_added_later_as_they_would_have_written_it() {
 fn the_output_of_a_run_gets_its_methods_and_contacts_back() {
     let bench = Bench::csv();
     bench.run("with", &[]);
-    bench.run("without", &["--no-view"]);
+    bench.run("without", &["--views=none"]);
     let [with, without] = ["with", "without"].map(|folder| format!("{folder}/cube_test_01.mcap"));
     let views = same_views(&bench, &with, &without);
     let scenes = |topic: &&String| topic.starts_with("/view/generated/");
@@ -127,7 +128,7 @@ fn plans_that_found_no_motion_are_listed_again() {
         "--velocity-m-s",
         "0.02",
     ];
-    for (folder, view) in [("with", None), ("without", Some("--no-view"))] {
+    for (folder, view) in [("with", None), ("without", Some("--views=none"))] {
         let run = [&["run", "session", "-o", folder][..], &SMALL, &slow].concat();
         let output = bench.inhand(&run.into_iter().chain(view).collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
@@ -240,13 +241,13 @@ fn a_take_without_samples_gets_what_there_is() {
     bench.ok(&["convert", "session/test/cube_test_01.csv", "-o", "a.mcap"]);
     let take = inhand_channels::read_take(&bench.bytes("a.mcap"), "a").expect("a take");
     let (recording, roles) = (take.recording.slice(0..0), take.roles.as_ref());
-    for (name, view) in [("with.mcap", true), ("without.mcap", false)] {
+    for (name, views) in [("with.mcap", Views::Default), ("without.mcap", Views::None)] {
         let mut bytes = Vec::new();
         let file = inhand_channels::TakeFile {
             roles,
             ..inhand_channels::TakeFile::new(&recording)
         };
-        inhand_channels::write_take(&mut bytes, &file, view).expect("it is written");
+        inhand_channels::write_take(&mut bytes, &file, views).expect("it is written");
         bench.write(name, bytes);
     }
     let views = same_views(&bench, "with.mcap", "without.mcap");

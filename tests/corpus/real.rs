@@ -224,7 +224,7 @@ fn findings(corpus: &Path, folder: &Path, file: &str, expected: &Value) -> Strin
         "-o",
         text(&output),
         "--force",
-        "--no-view",
+        "--views=none",
     ];
     let options = expected["options"].as_array().expect("options are a list");
     args.extend(options.iter().filter_map(Value::as_str));

@@ -1,7 +1,7 @@
 //! A session as a library user runs it.
 
 use inhand_model::Shape;
-use inhand_session::{RunOptions, Settings, TakeFormat, run, simulate_session};
+use inhand_session::{OutputScope, RunOptions, Settings, TakeFormat, run, simulate_session};
 use inhand_simulation::SessionSettings;
 
 #[test]
@@ -22,8 +22,10 @@ fn a_cylinder_session_runs_from_code() {
         settings,
         output: folder.path().join("out"),
         force: false,
-        view: false,
-        row_positions: false,
+        scope: OutputScope {
+            views: inhand_channels::Views::None,
+            ..OutputScope::default()
+        },
         command: Vec::new(),
     };
     let mut steps = Vec::new();

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use inhand_channels::TakeFile;
+use inhand_channels::{TakeFile, Views};
 use inhand_inspection::Coverage;
 use inhand_session::{LongTake, Settings, provenance, read, write_take_parts};
 
@@ -50,10 +50,10 @@ fn assert_same_bytes(path: &Path, settings: &Settings) {
     assert_eq!(long.header.findings, whole.recording.findings);
 
     let chain = [provenance("convert", settings, [whole.hash.clone()])];
-    for view in [true, false] {
+    for views in [Views::Default, Views::None] {
         let (a, b) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
         let shape = settings.shape().unwrap();
-        long.write(&a, &chain, shape, view).unwrap();
+        long.write(&a, &chain, shape, views).unwrap();
         let file = TakeFile {
             roles: whole.roles.as_ref().ok(),
             object_shape: settings.shape().unwrap(),
@@ -61,7 +61,7 @@ fn assert_same_bytes(path: &Path, settings: &Settings) {
             provenance: &chain,
             ..TakeFile::new(&whole.recording)
         };
-        write_take_parts(&b, &file, view).unwrap();
+        write_take_parts(&b, &file, views).unwrap();
         assert!(
             fs::read(&a).unwrap() == fs::read(&b).unwrap(),
             "{}",
@@ -105,7 +105,7 @@ fn a_file_that_changes_while_it_is_read_gives_nothing() {
         .unwrap();
     let target = folder.path().join("out.mcap");
     let refused = |words: &str| {
-        let error = long.write(&target, &[], None, true).unwrap_err();
+        let error = long.write(&target, &[], None, Views::Default).unwrap_err();
         let cause = std::error::Error::source(&error).map(ToString::to_string);
         let message = format!("{error}: {}", cause.unwrap_or_default());
         assert!(message.contains(words), "{message}");
@@ -125,7 +125,7 @@ fn a_file_that_changes_while_it_is_read_gives_nothing() {
     writeln!(file, "60001,x").unwrap();
     refused("expected a number");
     fs::remove_file(&path).unwrap();
-    assert!(long.write(&target, &[], None, true).is_err());
+    assert!(long.write(&target, &[], None, Views::Default).is_err());
 }
 
 #[test]

@@ -10,7 +10,9 @@ mod common;
 use std::io::Cursor;
 
 use divan::Bencher;
-use inhand_channels::{TakeFile, info, read_dictionary, read_take, write_dictionary, write_take};
+use inhand_channels::{
+    TakeFile, Views, info, read_dictionary, read_take, write_dictionary, write_take,
+};
 
 const SAMPLES: usize = 12_000;
 
@@ -25,7 +27,8 @@ fn train(take: &common::Take) -> TakeFile<'_> {
 
 fn written(file: &TakeFile, view: bool) -> Vec<u8> {
     let mut out = Cursor::new(Vec::with_capacity(32 << 20));
-    write_take(&mut out, file, view).unwrap();
+    let views = if view { Views::All } else { Views::None };
+    write_take(&mut out, file, views).unwrap();
     out.into_inner()
 }
 

@@ -17,7 +17,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::time::Instant;
 
-use inhand_channels::{TakeFile, info, read_take, write_dictionary, write_take};
+use inhand_channels::{TakeFile, Views, info, read_take, write_dictionary, write_take};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -56,20 +56,24 @@ fn main() {
         );
         fs::write(folder.join(name), bytes).unwrap();
     };
-    write("take.mcap", &|out| write_take(out, &full, true).unwrap());
-    write("train.mcap", &|out| write_take(out, &train, true).unwrap());
+    write("take.mcap", &|out| {
+        write_take(out, &full, Views::All).unwrap()
+    });
+    write("train.mcap", &|out| {
+        write_take(out, &train, Views::All).unwrap()
+    });
     write("train_plain.mcap", &|out| {
-        write_take(out, &train, false).unwrap();
+        write_take(out, &train, Views::None).unwrap();
     });
     write("recording.mcap", &|out| {
         let file = TakeFile {
             roles: Some(&take.roles),
             ..TakeFile::new(&take.recording)
         };
-        write_take(out, &file, true).unwrap();
+        write_take(out, &file, Views::All).unwrap();
     });
     write("bare.mcap", &|out| {
-        write_take(out, &TakeFile::new(&take.recording), true).unwrap();
+        write_take(out, &TakeFile::new(&take.recording), Views::All).unwrap();
     });
     let dictionary = common::dictionary(200, 100, 100.0);
     write("dictionary.mcap", &|out| {

@@ -5,11 +5,11 @@ mod residual;
 use std::fmt::Display;
 use std::io::Write;
 
-use inhand_container::{Depth, Packing, Record, walk_in_place, walk_while};
+use inhand_container::{Depth, Record, walk_while};
 use inhand_model::{
     Clock, Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate,
     MethodChoice, OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES,
-    SegmentLayout, StartTime, Status, VelocityBounds,
+    SegmentLayout, StartTime, Status, VelocityBounds, stored,
 };
 use nalgebra::{DMatrix, DVector};
 use prost::{DecodeError, Message};
@@ -18,7 +18,8 @@ use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
 use crate::read::{absent, exact_fault};
-use crate::streams::{Sampling, Streams};
+use crate::streams::{PACKED, Sampling, Streams};
+use crate::take::scene_stride;
 use crate::topic;
 use crate::view::draw_dictionary;
 use crate::wire::{Point, Timestamp};
@@ -26,16 +27,12 @@ use crate::wire::{Point, Timestamp};
 /// A dictionary has no time of its own: its file starts at the epoch.
 const START_UNIX_NANOS: u64 = 0;
 
-/// A dictionary is read far more often than it is written, and what it holds are mantissas, of which
-/// zstd saves a quarter: unpacking them takes several times as long as everything else there is to do.
-const UNPACKED: Packing = Packing::None;
-
 /// Distance of a playable second from the mean motion, in standard deviations of the
 /// activation: enough to see, within what training has shown.
 const PLAYED_DEVIATIONS: f64 = 2.0;
 
 /// Writes a dictionary as an MCAP file that plays: the dictionary itself as one message on
-/// `/dictionary/model`, and one second for each primitive on `/dictionary/primitives`, in order.
+/// `/dictionary/model`, and one second for each primitive on `/dictionary/primitives`, in order, 25 instants of it.
 ///
 /// Second `i` shows the mean training motion with the activation of primitive `i` raised by two of
 /// its standard deviations, frame `hand`: its fingertips, whether or not the dictionary has the object.
@@ -56,6 +53,7 @@ pub fn write_dictionary(
     let clock = Clock::new(START_UNIX_NANOS, StartTime::Unknown, layout.rate_hz)
         .map_err(|error| ChannelError::mismatch("dictionary", "a rate", error))?;
     let samples = Sampling::all(clock, dictionary.rank() * layout.samples);
+    let played = samples.every(scene_stride(layout.rate_hz));
     let mean = &dictionary.offset_m + &dictionary.primitives * &dictionary.activation_mean_m;
     let deviations_m: Vec<f64> = (dictionary.activation_covariance_m2.diagonal().iter())
         .map(|variance_m2| PLAYED_DEVIATIONS * variance_m2.max(0.0).sqrt())
@@ -73,21 +71,22 @@ pub fn write_dictionary(
 
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
-    let mut streams = Streams::create(out, UNPACKED, &metadata)?;
+    let mut streams = Streams::create(out, PACKED, &metadata)?;
     let hand = Some(Hand::NAME);
     let message = to_message(dictionary);
     streams.once(topic::DICTIONARY, hand, START_UNIX_NANOS, &message)?;
-    streams.sampled(topic::DICTIONARY_PRIMITIVES, hand, samples, |at| {
+    streams.sampled(topic::DICTIONARY_PRIMITIVES, hand, played, |at| {
         Some(messages::Fingertips::new(at.unix_nanos, |finger| {
-            messages::Fingertip::new(Some(played_m(at.k, finger)), Status::Measured)
+            let position_m = played_m(at.k, finger).map(stored);
+            messages::Fingertip::new(Some(position_m), Status::Measured)
         }))
     })?;
-    streams.sampled(topic::DICTIONARY_PROFILE, hand, samples, |at| {
+    streams.sampled(topic::DICTIONARY_PROFILE, hand, played, |at| {
         let (i, t) = (at.k / layout.samples, at.k % layout.samples);
         let [thumb_m, index_m, middle_m, ring_m, little_m] = Finger::ALL.map(|finger| {
             let (played, mean) = (played_m(at.k, finger), mean_m(t, finger));
             let square = |axis: usize| (played[axis] - mean[axis]).powi(2);
-            (square(0) + square(1) + square(2)).sqrt()
+            stored((square(0) + square(1) + square(2)).sqrt())
         });
         Some(messages::Profile {
             timestamp: Some(Timestamp::from_unix_nanos(at.unix_nanos)),
@@ -106,8 +105,7 @@ pub fn write_dictionary(
 
 /// Reads a dictionary that [`write_dictionary`] wrote, with what made it.
 ///
-/// An intact file is read in place: its checksums are compared, and nothing is copied but the
-/// dictionary. Files with compressed chunks are read as well, only slower.
+/// Chunks are unpacked until the dictionary is found; of the rest the checksum over the whole file is compared.
 ///
 /// # Errors
 ///
@@ -117,13 +115,9 @@ pub fn read_dictionary(
     bytes: &[u8],
     file_name: &str,
 ) -> Result<(Dictionary, Vec<Provenance>), ChannelError> {
-    let mut found = Found::default();
-    if walk_in_place(bytes, |record| found.visit(record)).is_none() || found.message.is_none() {
-        found = look_closely(bytes, file_name)?;
-    }
     let Found {
         metadata, message, ..
-    } = found;
+    } = find(bytes, file_name)?;
     let Some(message) = message else {
         return Err(absent(
             bytes,
@@ -165,9 +159,8 @@ impl Found {
     }
 }
 
-/// Searches a file whose chunks are packed, or that is not intact. Chunks are unpacked until the
-/// dictionary is found; of the rest the checksum over the whole file is compared.
-fn look_closely(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
+/// Searches a file for its dictionary.
+fn find(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
     let mut found = Found::default();
     let walked = walk_while(file_name, bytes, |record| {
         found.visit(record);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
-use inhand_container::{Depth, Record, is_mcap, walk};
+use inhand_container::{Depth, Record, is_mcap, walk, zstd_size};
 use inhand_model::{PerFinger, Status, TrackCounts};
 use prost::Message;
 use serde::Serialize;
@@ -85,6 +85,8 @@ pub struct ChannelInfo {
     pub messages: u64,
     /// Bytes of all messages, uncompressed.
     pub bytes: u64,
+    /// Their bytes in the file: shares of packed chunks, divided by what each channel's messages alone pack to.
+    pub packed_bytes: u64,
     /// Earliest log time, nanoseconds since 1970-01-01 UTC.
     pub first_unix_nanos: Option<u64>,
     /// Latest log time, nanoseconds since 1970-01-01 UTC.
@@ -200,6 +202,8 @@ struct Listing {
     schemas: BTreeMap<u16, (String, String)>,
     channels: BTreeMap<u16, Listed>,
     frames: BTreeMap<(String, String, String), u64>,
+    /// Packed bytes of the chunk that is being read, where it is packed, and its messages by channel.
+    chunk: (Option<u64>, BTreeMap<u16, Vec<u8>>),
 }
 
 struct Listed {
@@ -258,6 +262,9 @@ impl Listing {
                 self.message(header.channel_id, header.log_time, &data);
             }
             Record::Chunk { header, data } => {
+                self.share_chunk();
+                let is_packed = !header.compression.is_empty();
+                self.chunk.0 = is_packed.then_some(data.len() as u64);
                 let chunks = &mut self.info.chunks;
                 chunks.count += 1;
                 chunks.packed_bytes += data.len() as u64;
@@ -287,6 +294,20 @@ impl Listing {
         }
     }
 
+    /// Divides the bytes of a packed chunk among the channels of its messages.
+    fn share_chunk(&mut self) {
+        let (packed, messages) = std::mem::take(&mut self.chunk);
+        let sizes = messages.iter().map(|(id, bytes)| (*id, zstd_size(bytes)));
+        let sizes: Vec<(u16, u64)> = sizes.collect();
+        let all: u64 = sizes.iter().map(|(_, size)| size).sum();
+        for (id, size) in sizes {
+            let (Some(channel), Some(packed)) = (self.channels.get_mut(&id), packed) else {
+                continue;
+            };
+            channel.info.packed_bytes += packed * size / all.max(1);
+        }
+    }
+
     fn channel(&mut self, channel: mcap::records::Channel) {
         let schema = self.schemas.get(&channel.schema_id);
         let name = schema.map(|(name, _)| name.as_str());
@@ -305,6 +326,7 @@ impl Listing {
             metadata: channel.metadata,
             messages: 0,
             bytes: 0,
+            packed_bytes: 0,
             first_unix_nanos: None,
             last_unix_nanos: None,
         };
@@ -318,6 +340,15 @@ impl Listing {
         };
         info.messages += 1;
         info.bytes += data.len() as u64;
+        match self.chunk.0 {
+            Some(_) => self
+                .chunk
+                .1
+                .entry(channel)
+                .or_default()
+                .extend_from_slice(data),
+            None => info.packed_bytes += data.len() as u64,
+        }
         let first = info.first_unix_nanos.get_or_insert(log_time);
         *first = log_time.min(*first);
         let last = info.last_unix_nanos.get_or_insert(log_time);
@@ -348,7 +379,8 @@ impl Listing {
         }
     }
 
-    fn into_info(self) -> FileInfo {
+    fn into_info(mut self) -> FileInfo {
+        self.share_chunk();
         let mut file = self.info;
         for Listed { info, content } in self.channels.into_values() {
             if let Content::Fingertips(fingers) = content {

@@ -6,7 +6,7 @@
 //! ```
 //! use std::io::Cursor;
 //!
-//! use inhand_channels::{TakeFile, info, read_take, write_take};
+//! use inhand_channels::{TakeFile, Views, info, read_take, write_take};
 //! use inhand_model::{
 //!     Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
 //!     UpAxis,
@@ -32,7 +32,7 @@
 //! let recording = Recording::new("a".to_owned(), clock, source, 2, vec![thumb], vec![])?;
 //!
 //! let mut bytes = Cursor::new(Vec::new());
-//! write_take(&mut bytes, &TakeFile::new(&recording), true)?;
+//! write_take(&mut bytes, &TakeFile::new(&recording), Views::Default)?;
 //!
 //! let take = read_take(bytes.get_ref(), "a.mcap")?;
 //! assert_eq!(take.recording.markers[0].track.get(0), Some(seen));
@@ -99,8 +99,8 @@ pub use read::{
 };
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
-    GeneratedSegment, Outline, RECORDED, ReadCleaned, ReadTake, TakeFile,
+    GeneratedSegment, Outline, RECORDED, ReadCleaned, ReadTake, TakeFile, Views,
 };
 pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
 pub use topic_role::{TopicRole, TopicSource, take_topics};
-pub use write::{TakeWriter, ViewsFor, view_channels, write_take, write_views};
+pub use write::{TakeWriter, ViewsFor, view_channels, view_topics, write_take, write_views};

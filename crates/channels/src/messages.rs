@@ -91,7 +91,7 @@ impl Fingertips {
 
 impl FingerErrors {
     pub(crate) fn new(unix_nanos: u64, error_m: &PerFinger<f64>) -> Self {
-        let [thumb_m, index_m, middle_m, ring_m, little_m] = *error_m.as_array();
+        let [thumb_m, index_m, middle_m, ring_m, little_m] = error_m.as_array().map(model::stored);
         Self {
             timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
             thumb_m,
@@ -115,7 +115,7 @@ impl FingerErrors {
 
 impl Contacts {
     pub(crate) fn new(unix_nanos: u64, contact: &ContactSample) -> Self {
-        let (distance_m, in_contact) = (&contact.distance_m, &contact.in_contact);
+        let (distance_m, in_contact) = (contact.distance_m.map(model::stored), &contact.in_contact);
         Self {
             timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
             thumb_distance_m: distance_m[Finger::Thumb],

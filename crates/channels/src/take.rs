@@ -18,8 +18,8 @@ pub struct TakeFile<'a> {
     /// The take in the hand's frame; of the clock and length of the recording, or of the cleaned one
     /// where there is one.
     pub motion: Option<&'a Motion>,
-    /// Trajectories by method. Viewers show each in a colour of its own beside the recorded motion, the
-    /// first one with trails.
+    /// Trajectories by method. Viewers show each that is drawn in a colour of its own beside the recorded motion,
+    /// the first one with trails.
     pub generated: &'a [GeneratedMethod<'a>],
     /// Trajectories by method under the held-out protocol, which viewers do not show.
     pub held_out: &'a [GeneratedMethod<'a>],
@@ -68,6 +68,18 @@ pub struct CleanedTake<'a> {
     pub recording: &'a Recording,
     /// What was changed, in the order of the steps; samples are those of the recording as measured.
     pub changes: &'a [Change],
+}
+
+/// Visualisation channels that a file gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Views {
+    /// None.
+    None,
+    /// Those of the recording and of the first method.
+    #[default]
+    Default,
+    /// Those of every method, and contacts of the first one as points.
+    All,
 }
 
 /// What one method generated for a take.

@@ -5,7 +5,7 @@
 //! | `/generated/<method>` | `fingertips`, `plan` |
 //! | `/held_out/<method>` | the same, planned under the held-out protocol |
 //! | `/evaluation/<method>` | `error`, `contact` |
-//! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts`; of a plan without a recording `fingertip_balls`, `path_points` |
+//! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts`; of a plan without a recording `path_points` |
 //! | `/overlay/<layer>` | `fingertips`, `distance` |
 //! | `/view/overlay/<layer>` | `fingertips`, `fingertip_balls`, `fingertips_scene`, `trails`, `tf`, `object`, `object_edges` |
 
@@ -40,7 +40,6 @@ pub(crate) const VIEW_BODIES: &str = "/view/bodies";
 pub(crate) const VIEW_FINGERTIPS: &str = "/view/fingertips";
 pub(crate) const VIEW_FINGERTIPS_SCENE: &str = "/view/fingertips_scene";
 pub(crate) const VIEW_OBJECT: &str = "/view/object";
-pub(crate) const VIEW_FINGERTIP_BALLS: &str = "/view/fingertip_balls";
 pub(crate) const VIEW_CONTACTS: &str = "/view/contacts";
 pub(crate) const VIEW_OBJECT_SURFACE: &str = "/view/object_surface";
 pub(crate) const VIEW_TAKE_HULLS: &str = "/view/hulls";

@@ -85,9 +85,7 @@ impl<'a> TopicRole<'a> {
             topic::VIEW_BODIES => TopicRole::Bodies,
             topic::VIEW_PRIMITIVES => TopicRole::Tips(TopicSource::Dictionary),
             topic::VIEW_PRIMITIVES_SCENE => TopicRole::TipScene(TopicSource::Dictionary),
-            topic::VIEW_FINGERTIP_BALLS | topic::VIEW_PATH_POINTS | topic::VIEW_HULL_POINTS => {
-                TopicRole::Points
-            }
+            topic::VIEW_PATH_POINTS | topic::VIEW_HULL_POINTS => TopicRole::Points,
             topic::VIEW_CONTACTS => TopicRole::Touching(TopicSource::Take),
             topic::VIEW_TAKE_HULLS => TopicRole::Hulls(TopicSource::Take),
             topic::VIEW_OBJECT_SURFACE => TopicRole::Surface,

@@ -31,7 +31,7 @@ use inhand_model::{
 use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
 use crate::streams::{Instant, Sampling, Streams};
-use crate::take::{Outline, RECORDED, TakeFile, marker_indices, stride};
+use crate::take::{Outline, RECORDED, TakeFile, Views, marker_indices, scene_stride, stride};
 use crate::topic;
 use crate::view::draw::{add_cloud, cloud_once};
 use crate::view::tips::{TipTopics, Tips};
@@ -42,44 +42,43 @@ const OF_BODY: Rgb = [0x00, 0x72, 0xB2];
 const UNLABELLED: Rgb = [0x99, 0x99, 0x99];
 
 /// Draws a take. `file.recording` is the one that is drawn; `measured` is the clock that changes by
-/// cleaning are counted by.
+/// cleaning are counted by. There is at least the default.
 pub(crate) fn draw_take<'a>(
     file: &TakeFile<'a>,
-    measured: Clock,
-    outline: &Outline,
+    (measured, outline): (Clock, &Outline),
+    views: Views,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     let clock = file.recording.clock;
     let start = clock.unix_nanos(0);
     let samples = Sampling::all(clock, outline.samples);
-    let shown = samples.every(stride(clock.rate_hz()));
+    let rate_hz = clock.rate_hz();
+    let shown = samples.every(stride(rate_hz));
     let tree = transforms::add(file, outline, shown, streams)?;
-    draw_entities(file, shown, streams)?;
+    draw_entities(file, samples.every(scene_stride(rate_hz)), streams)?;
     if let Some(tips) = recorded_tips(file, tree.hand) {
         let topics = TipTopics {
             cloud: topic::VIEW_FINGERTIPS,
             scene: Some(topic::VIEW_FINGERTIPS_SCENE),
-            balls: Some(topic::VIEW_FINGERTIP_BALLS),
             contacts: Some(topic::VIEW_CONTACTS),
         };
         tips.add(&topics, samples, streams)?;
     }
-    for (place, method) in file.generated.iter().enumerate().filter(|_| tree.hand) {
+    let drawn = match views {
+        _ if !tree.hand => 0,
+        Views::All => file.generated.len(),
+        _ => 1,
+    };
+    for (place, method) in file.generated.iter().enumerate().take(drawn) {
         // Planned motion alone needs telling apart from nothing: its fingers show which is which.
         let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
-        let [cloud, scene, contacts_topic, balls] = [
-            "fingertips",
-            "fingertips_scene",
-            "contacts",
-            "fingertip_balls",
-        ]
-        .map(|leaf| topic::named(topic::VIEW_GENERATED, method.name, leaf));
+        let [cloud, scene, contacts_topic] = ["fingertips", "fingertips_scene", "contacts"]
+            .map(|leaf| topic::named(topic::VIEW_GENERATED, method.name, leaf));
         let topics = TipTopics {
             cloud: &cloud,
             // Scenes of all methods on top of each other would show none.
             scene: (place == 0).then_some(&scene),
-            balls: alone.then_some(&balls),
-            contacts: (place == 0).then_some(&contacts_topic),
+            contacts: (place == 0 && views == Views::All).then_some(&contacts_topic),
         };
         let trajectories = method.trajectories();
         if alone {

@@ -14,13 +14,13 @@ use crate::annotations::add_events;
 use crate::error::{ChannelError, ensure};
 use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
 use crate::streams::{PACKED, Sampling, Streams};
-use crate::take::{GeneratedMethod, GeneratedSegment, Outline, TakeFile};
+use crate::take::{GeneratedMethod, GeneratedSegment, Outline, TakeFile, Views};
 use crate::topic;
 use crate::view::{UPRIGHT, draw_take, transform};
 
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
 ///
-/// `view` tells whether to add channels that viewers draw (`/tf`, `/tf_static`, `/view/...`).
+/// `views` tells which channels to add that viewers draw (`/tf`, `/tf_static`, `/view/...`).
 /// `log_time` and `publish_time` of a message are the time of its sample. Coordinates are metres
 /// in the frame that the channel's metadata key `frame` names. Writing takes memory for one
 /// chunk (1 MiB) and the indexes, whatever the length of the take.
@@ -30,10 +30,10 @@ use crate::view::{UPRIGHT, draw_take, transform};
 /// [`ChannelError::Mismatch`] for parts that do not belong to one take (another clock or length, a
 /// trajectory past the end, a method name that makes no topic), before anything is written;
 /// [`ChannelError::Container`] when writing fails.
-pub fn write_take(out: &mut dyn Write, file: &TakeFile, view: bool) -> Result<(), ChannelError> {
+pub fn write_take(out: &mut dyn Write, file: &TakeFile, views: Views) -> Result<(), ChannelError> {
     let used = file.used();
     let outline = Outline::new(used).with_findings(file.recording.findings.clone());
-    let mut writer = TakeWriter::begin(out, file, &outline, view)?;
+    let mut writer = TakeWriter::begin(out, file, &outline, views)?;
     writer.append(used)?;
     writer.finish()
 }
@@ -53,7 +53,7 @@ pub fn write_take(out: &mut dyn Write, file: &TakeFile, view: bool) -> Result<()
 ///
 /// let header = recording.slice(0..0);
 /// let mut bytes = Vec::new();
-/// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, true)?;
+/// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, Views::Default)?;
 /// for block in blocks() {
 ///     writer.append(&block)?;
 /// }
@@ -80,7 +80,7 @@ impl<'a> TakeWriter<'a> {
         out: &'a mut dyn Write,
         file: &TakeFile<'a>,
         outline: &Outline,
-        view: bool,
+        views: Views,
     ) -> Result<Self, ChannelError> {
         check(file, outline.samples)?;
         let mut streams = Streams::create(out, PACKED, &metadata(file, outline.samples))?;
@@ -118,12 +118,12 @@ impl<'a> TakeWriter<'a> {
             tracks::add_generated(protocol, methods, clock, &mut streams)?;
         }
         tracks::add_evaluated(file.evaluated, clock, &mut streams)?;
-        if view {
+        if views != Views::None {
             let drawn = TakeFile {
                 recording: file.used(),
                 ..file.clone()
             };
-            draw_take(&drawn, recording.clock, outline, &mut streams)?;
+            draw_take(&drawn, (recording.clock, outline), views, &mut streams)?;
         }
         Ok(Self {
             streams,
@@ -211,13 +211,24 @@ pub fn view_channels(
     metadata: &Metadata,
     dictionary: bool,
 ) -> impl Fn(&ChannelFacts) -> bool + use<> {
+    let is_view = view_topics(metadata, dictionary);
+    move |channel: &ChannelFacts| {
+        let schema = channel.schema_name().unwrap_or_default();
+        is_view(&channel.topic, &channel.message_encoding, schema)
+    }
+}
+
+/// As [`view_channels`], by topic, encoding of the messages and name of the schema.
+pub fn view_topics(
+    metadata: &Metadata,
+    dictionary: bool,
+) -> impl Fn(&str, &str, &str) -> bool + use<> {
     let tree = dictionary || metadata.is_take();
     let ours = tree || metadata.has_added_views();
-    move |channel: &ChannelFacts| {
-        let shown = channel.topic.starts_with(topic::VIEW)
-            || tree && [topic::TF, topic::TF_STATIC].contains(&channel.topic.as_str());
-        let schema = channel.schema_name().unwrap_or_default();
-        let drawn = match channel.message_encoding.as_str() {
+    move |topic, encoding, schema| {
+        let shown = topic.starts_with(topic::VIEW)
+            || tree && [topic::TF, topic::TF_STATIC].contains(&topic);
+        let drawn = match encoding {
             "protobuf" => schema.starts_with("foxglove."),
             // In ROS 2 bags.
             "cdr" => schema == "visualization_msgs/msg/MarkerArray",
@@ -236,6 +247,7 @@ pub fn view_channels(
 pub fn write_views(
     out: &mut dyn Write,
     file: &TakeFile<'_>,
+    views: Views,
     views_for: &ViewsFor,
 ) -> Result<(), ChannelError> {
     let used = file.used();
@@ -250,7 +262,12 @@ pub fn write_views(
         recording: used,
         ..file.clone()
     };
-    draw_take(&drawn, file.recording.clock, &outline, &mut streams)?;
+    draw_take(
+        &drawn,
+        (file.recording.clock, &outline),
+        views,
+        &mut streams,
+    )?;
     streams.write_until(u64::MAX, Some((used, 0)))?;
     streams.finish()
 }

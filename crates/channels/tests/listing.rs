@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use inhand_channels::{ChannelError, info, is_mcap, write_take};
+use inhand_channels::{ChannelError, Views, info, is_mcap, write_take};
 use inhand_container::ContainerError;
 use inhand_model::Finger;
 use mcap::records::MessageHeader;
@@ -146,7 +146,7 @@ fn a_full_disk_is_an_error() {
     let take = common::take(300, 100.0);
     let file = common::take_file(&take, &[], &[]);
     for room in [0, 100, 10_000, written(&file, true).len() - 1] {
-        let error = write_take(&mut Full(room), &file, true).unwrap_err();
+        let error = write_take(&mut Full(room), &file, Views::All).unwrap_err();
         assert!(
             matches!(error, ChannelError::Container(ContainerError::Write { .. })),
             "{error:?}"

@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use inhand_channels::{
     ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, Outline, TakeFile,
-    TakeWriter, read_dictionary, read_generated, read_leading_metadata, read_metadata, read_take,
-    write_dictionary, write_take,
+    TakeWriter, Views, read_dictionary, read_generated, read_leading_metadata, read_metadata,
+    read_take, write_dictionary, write_take,
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
@@ -17,7 +17,8 @@ use crate::common;
 
 pub(crate) fn written(file: &TakeFile, view: bool) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    write_take(&mut out, file, view).unwrap();
+    let views = if view { Views::All } else { Views::None };
+    write_take(&mut out, file, views).unwrap();
     out.into_inner()
 }
 
@@ -248,7 +249,7 @@ fn blocks_give_the_bytes_of_the_whole() {
                 let outline = outline.with_findings(recording.findings.clone());
                 let mut out = Vec::new();
                 let mut writer =
-                    TakeWriter::begin(&mut out, &file(&header), &outline, true).unwrap();
+                    TakeWriter::begin(&mut out, &file(&header), &outline, Views::All).unwrap();
                 blocks().for_each(|block| writer.append(&block).unwrap());
                 writer.finish().unwrap();
                 assert!(
@@ -271,7 +272,7 @@ fn a_take_that_ends_early_is_no_file() {
     let mut out = Vec::new();
     let file = TakeFile::new(&take.recording);
     let outline = Outline::new(&take.recording);
-    let mut writer = TakeWriter::begin(&mut out, &file, &outline, true).unwrap();
+    let mut writer = TakeWriter::begin(&mut out, &file, &outline, Views::All).unwrap();
     writer.append(&take.recording.slice(0..39)).unwrap();
     let error = writer.finish().unwrap_err().to_string();
     assert!(
@@ -295,7 +296,7 @@ fn a_later_start_and_marker_clusters_come_back() {
         provenance: &take.provenance,
         ..TakeFile::new(&recording)
     };
-    write_take(&mut out, &file, true).unwrap();
+    write_take(&mut out, &file, Views::All).unwrap();
     let read = read_take(out.get_ref(), "slice.mcap").unwrap();
     assert_same_recording(&read.recording, &recording);
     assert_eq!(read.roles, Some(roles));
@@ -445,7 +446,7 @@ fn a_dictionary_with_the_object_comes_back_and_plays_its_fingertips() {
 /// What `write_take` says to parts that do not belong together; nothing may be written then.
 fn refusal(file: &TakeFile) -> String {
     let mut out = Cursor::new(Vec::new());
-    let error = write_take(&mut out, file, true).unwrap_err();
+    let error = write_take(&mut out, file, Views::All).unwrap_err();
     assert!(matches!(error, ChannelError::Mismatch { .. }), "{error:?}");
     assert!(out.get_ref().is_empty());
     error.to_string()
@@ -556,7 +557,7 @@ fn a_cleaned_recording_comes_back_beside_the_measured_one() {
         ..TakeFile::new(raw)
     };
     let mut bytes = std::io::Cursor::new(Vec::new());
-    inhand_channels::write_take(&mut bytes, &file, true).unwrap();
+    inhand_channels::write_take(&mut bytes, &file, Views::All).unwrap();
     let bytes = bytes.into_inner();
     let read = inhand_channels::read_take(&bytes, "a.mcap").unwrap();
     let same = |a: &Recording, b: &Recording| {

@@ -173,7 +173,7 @@ fn the_world_stands_upright() {
         assert_eq!((statics.len(), edge.child_frame_id.as_str()), (1, "world"));
         let q = edge.rotation.as_ref().unwrap();
         let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
-        assert!((rotation * up - Vector3::z()).norm() < 1e-15);
+        assert!((rotation * up - Vector3::z()).norm() < 1e-8);
     }
 }
 
@@ -229,19 +229,27 @@ fn clouds_leave_out_what_is_missing_and_colour_the_rest() {
     take.motion.fingertips[Finger::Middle] = PointTrack::missing(100);
     let bytes = written(&common::take_file(&take, &[], &[]), true);
     let clouds = decoded::<PointCloud>(&messages(&bytes)["/view/fingertips"]);
-    assert_eq!(clouds.len(), 50);
+    assert_eq!(clouds.len(), 25);
+    // Six points around each fingertip.
     let shown = points(&clouds[3]);
     let fingers = [Finger::Thumb, Finger::Index, Finger::Ring, Finger::Little];
-    assert_eq!(shown.len(), fingers.len());
-    for ((position, number, rgba), finger) in shown.into_iter().zip(fingers) {
-        let expected = take.motion.fingertips[finger].get(6).unwrap().to_array();
-        assert_eq!(position, expected.map(|c| c as f32));
-        assert_eq!(number as usize, finger.index());
-        assert_eq!(rgba[..3], FINGER_COLOURS[finger]);
+    assert_eq!(shown.len(), 6 * fingers.len());
+    for (star, finger) in shown.chunks(6).zip(fingers) {
+        let expected = take.motion.fingertips[finger].get(12).unwrap().to_array();
+        for axis in 0..3 {
+            let sum: f64 = (star.iter())
+                .map(|(position, ..)| f64::from(position[axis]))
+                .sum();
+            assert!((sum / 6.0 - expected[axis]).abs() < 2e-6);
+        }
+        for (_, number, rgba) in star {
+            assert_eq!(*number as usize, finger.index());
+            assert_eq!(rgba[..3], FINGER_COLOURS[finger]);
+        }
     }
-    // Sample 42 lies in the ring finger's gap.
+    // Sample 44 lies in the ring finger's gap.
     assert!(
-        points(&clouds[21])
+        points(&clouds[11])
             .iter()
             .all(|(_, number, _)| *number != 3)
     );
@@ -395,9 +403,12 @@ fn views_are_decimated_and_stay_small() {
         let info = info(&with, "take.mcap").unwrap();
         for channel in info.channels.iter().filter(|c| c.messages > 1) {
             let found = channel.rate_hz().unwrap_or(0.0);
-            if channel.topic == "/view/markers" {
-                assert!((found - view_hz).abs() < 0.1, "{found}");
-            }
+            let expected_hz = match channel.topic.as_str() {
+                "/tf" => view_hz,
+                "/view/markers" => view_hz / 2.0,
+                _ => found,
+            };
+            assert!((found - expected_hz).abs() < 0.1, "{found}");
             if channel.topic.starts_with("/view/") || channel.topic == "/tf" {
                 assert!(found < 50.1, "{} {found}", channel.topic);
             }
@@ -540,7 +551,7 @@ fn a_dictionary_plays_with_the_path_and_profile_of_each_primitive() {
     for finger in Finger::ALL {
         let lines = &paths[0].entities[0].lines;
         let (mean, played) = (&lines[2 * finger.index()], &lines[2 * finger.index() + 1]);
-        assert_eq!((mean.points.len(), played.points.len()), (30, 30));
+        assert_eq!((mean.points.len(), played.points.len()), (15, 15));
         // The path begins where the fingertip does.
         let start = played.points[0];
         let tip = scenes[0].entities[0].spheres[finger.index()].pose.unwrap();
@@ -549,12 +560,12 @@ fn a_dictionary_plays_with_the_path_and_profile_of_each_primitive() {
     }
     // The profile is the distance between the two paths.
     let profile = &messages["/dictionary/profile"];
-    assert_eq!(profile.len(), 3 * 30);
-    let thumb_m = profile_thumb_m(&profile[30 + 7].1);
+    assert_eq!(profile.len(), 3 * 15);
+    let thumb_m = profile_thumb_m(&profile[15 + 7].1);
     let lines = &paths[1].entities[0].lines;
     let (a, b) = (lines[0].points[7], lines[1].points[7]);
     let expected = ((a.x - b.x).powi(2) + (a.y - b.y).powi(2) + (a.z - b.z).powi(2)).sqrt();
-    assert!(expected > 0.0 && (thumb_m - expected).abs() < 1e-15);
+    assert!(expected > 1e-5 && (thumb_m - expected).abs() < 3e-6);
 }
 
 /// Field 3 of an `inhand.Profile`, by the wire format: key 0x19, eight bytes, little end first.

@@ -159,6 +159,11 @@ pub fn is_zstd(bytes: &[u8]) -> bool {
     bytes.starts_with(&zstd::zstd_safe::MAGICNUMBER.to_le_bytes())
 }
 
+/// Bytes that zstd packs these to, as chunks are packed; all of them where it cannot.
+pub fn zstd_size(bytes: &[u8]) -> u64 {
+    zstd::bulk::compress(bytes, ZSTD_LEVEL).map_or(bytes.len(), |packed| packed.len()) as u64
+}
+
 /// Unpacks a file or a message that zstd packed, within the bounds of chunks.
 ///
 /// # Errors

@@ -233,7 +233,7 @@ fn our_own_files_are_read_as_such() {
     let take = common::take(50, 100.0);
     let mut bytes = std::io::Cursor::new(Vec::new());
     let file = common::take_file(&take, &[], &[]);
-    inhand_channels::write_take(&mut bytes, &file, true).unwrap();
+    inhand_channels::write_take(&mut bytes, &file, inhand_channels::Views::All).unwrap();
     let settings = ImportSettings::default();
     let take = read_take(bytes.get_ref(), "own.mcap", &settings).unwrap();
     assert_eq!((take.recording.len(), take.motion.is_some()), (50, true));

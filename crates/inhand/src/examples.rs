@@ -25,7 +25,7 @@ inhand annotate import take.mcap labels.csv -o labelled.mcap
 inhand learn train/*.csv -o dictionary.mcap
 inhand learn train/*.csv --rank 20..240 -o dictionary.mcap
 inhand generate take.csv --dictionary dictionary.mcap -o generated.mcap
-inhand generate take.csv --dictionary dictionary.mcap --methods prior,hermite -o generated.mcap
+inhand generate take.csv --dictionary dictionary.mcap --methods residual,hermite -o generated.mcap
 inhand plan --dictionary dictionary.mcap --from take.mcap@2.0 --to take.mcap@4.5 -o plan.mcap
 inhand plan --dictionary dictionary.mcap --from take.mcap@2.0 --to goal.json -o plan.mcap
 inhand evaluate generated.mcap --dictionary dictionary.mcap -o evaluation.json
@@ -39,7 +39,7 @@ inhand export dictionary.mcap -o dictionary.npz
 inhand view bag.mcap -o with-views.mcap
 inhand view take.mcap -o with-views.mcap --object cube:0.05
 inhand overlay a.mcap b.mcap -o overlay.mcap
-inhand overlay out/take.mcap --methods prior,hermite -o overlay.mcap
+inhand overlay out/take.mcap --methods residual,hermite -o overlay.mcap
 inhand cut bag.mcap --from 12 --to 20.5 -o part.mcap
 inhand cut take.mcap --event task=rotate -o parts
 inhand filter bag.mcap --include-topic-regex "/recording/.*" -o recording.mcap
@@ -79,7 +79,7 @@ const SETTINGS: [&str; 8] = [
 
 /// Options outside of these headings, wherever commands have them.
 const COMMON: [&str; 8] = [
-    "settings", "object", "rank", "methods", "output", "format", "force", "no_view",
+    "settings", "object", "rank", "methods", "output", "format", "force", "views",
 ];
 
 /// The command line with examples under the help of each command, which has the common options, or all of them.

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use inhand_channels::Views;
 use inhand_dictionary::{Precision, Start, Update};
 use inhand_model::{DictionaryKind, Finger, Level, UnknownFinger};
 use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
@@ -340,15 +341,22 @@ pub(crate) struct EvaluateOptions {
     confidence: Option<f64>,
 }
 
+/// Values of `--views`.
+const VIEWS: &[(&str, Views)] = &[
+    ("default", Views::Default),
+    ("all", Views::All),
+    ("none", Views::None),
+];
+
 /// Writing of outputs.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct OutputOptions {
     /// Replace existing outputs that were made from other inputs.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Do not write visualisation channels.
-    #[arg(long)]
-    pub(crate) no_view: bool,
+    /// Visualisation channels: default (of the recording and the first method), all methods or none.
+    #[arg(long, value_name = "WORD", default_value = "default", value_parser = one_of(VIEWS))]
+    pub(crate) views: Views,
 }
 
 /// Value of `--settings` for no settings but options.

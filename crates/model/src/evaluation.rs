@@ -1,7 +1,7 @@
 //! Comparison of planned with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -464,6 +464,19 @@ impl Evaluation {
             Protocol::Published => &self.methods,
             Protocol::HeldOut => (self.held_out.as_ref()).map_or(&[], |held_out| &held_out.methods),
         }
+    }
+
+    /// Names of the default method and of the baseline with the smallest mean error, held out where there is that.
+    pub fn compared(&self) -> BTreeSet<&str> {
+        let protocols = [Protocol::HeldOut, Protocol::Published].map(|p| self.methods(p));
+        let methods = protocols.into_iter().find(|methods| !methods.is_empty());
+        let methods = methods.into_iter().flatten();
+        let best = (methods.filter(|m| m.baseline && m.error.all.mean.is_finite()))
+            .min_by(|a, b| a.error.all.mean.total_cmp(&b.error.all.mean));
+        let best = best.map(|method| method.name.as_str());
+        best.into_iter()
+            .chain([self.default_method.as_str()])
+            .collect()
     }
 
     /// Plans without a trajectory, over all methods and protocols.

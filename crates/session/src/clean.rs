@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inhand_channels::TakeFile;
+use inhand_channels::{TakeFile, Views};
 use inhand_inspection::{CleanSettings, Cleaned};
 use inhand_model::{Provenance, Shape};
 
@@ -61,7 +61,7 @@ pub fn write_cleaned(
     cleaned: &Cleaned,
     made: &Provenance,
     shape: Option<Shape>,
-    view: bool,
+    views: Views,
 ) -> Result<(), SessionError> {
     take.roles()?;
     let provenance = take.made_by(made);
@@ -73,5 +73,5 @@ pub fn write_cleaned(
         object_shape: shape,
         ..take.file(&provenance)
     };
-    take_file::write_parts(path, &file, view)
+    take_file::write_parts(path, &file, views)
 }

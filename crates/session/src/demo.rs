@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_channels::TakeFile;
+use inhand_channels::{TakeFile, Views};
 use inhand_model::Provenance;
 use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
 use serde_json::json;
@@ -152,7 +152,7 @@ fn write_simulated(
                 provenance: std::slice::from_ref(provenance),
                 ..TakeFile::new(&take.recording)
             };
-            take_file::write_parts(path, &file, false)
+            take_file::write_parts(path, &file, Views::None)
         }
     }
 }

@@ -4,7 +4,7 @@
 //! `evaluation.json` and `report.html`. The same on values, without any file, is in [`steps`].
 //!
 //! ```no_run
-//! use inhand_session::{RunOptions, Settings, run};
+//! use inhand_session::{OutputScope, RunOptions, Settings, run};
 //!
 //! let mut settings = Settings::default();
 //! settings.object.shape = Some("cube:0.05".into());
@@ -13,8 +13,7 @@
 //!     settings,
 //!     output: "results".into(),
 //!     force: false,
-//!     view: true,
-//!     row_positions: false,
+//!     scope: OutputScope::default(),
 //!     command: Vec::new(),
 //! };
 //! let result = run(&options, &mut |_| ())?;
@@ -74,7 +73,7 @@ pub use output::{
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use ros2::write_ros2;
-pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
+pub use run::{Event, OutputScope, RunFiles, RunOptions, RunResult, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionPlace, SessionTake, is_take, list_takes, locate};
 pub use settings::{
     BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection, LookSection,

@@ -11,7 +11,7 @@ use std::sync::mpsc::sync_channel;
 
 use inhand_capture::roles::resolve;
 use inhand_capture::{Blocks, Extent, ReadSettings, has_even_rows};
-use inhand_channels::{Outline, TakeFile, TakeWriter};
+use inhand_channels::{Outline, TakeFile, TakeWriter, Views};
 use inhand_inspection::Coverage;
 use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
 use sha2::{Digest, Sha256};
@@ -106,7 +106,7 @@ impl TakeInput {
         roles.as_ref().map_err(String::as_str)
     }
 
-    /// Writes the take as MCAP, with channels that viewers draw where `view` says so.
+    /// Writes the take as MCAP, with these channels that viewers draw.
     ///
     /// # Errors
     ///
@@ -115,19 +115,19 @@ impl TakeInput {
         &self,
         target: &Path,
         settings: &Settings,
-        view: bool,
+        views: Views,
     ) -> Result<(), SessionError> {
         let made = provenance("convert", settings, [self.hash().clone()]);
         let shape = settings.shape()?;
         match self {
-            TakeInput::Long(take) => take.write(target, &[made], shape, view),
+            TakeInput::Long(take) => take.write(target, &[made], shape, views),
             TakeInput::Whole(take) => {
                 let provenance = take.made_by(&made);
                 let file = TakeFile {
                     object_shape: shape,
                     ..take.file(&provenance)
                 };
-                write_parts(target, &file, view)
+                write_parts(target, &file, views)
             }
         }
     }
@@ -198,7 +198,7 @@ impl LongTake {
         target: &Path,
         provenance: &[Provenance],
         object_shape: Option<Shape>,
-        view: bool,
+        views: Views,
     ) -> Result<(), SessionError> {
         write_atomic(target, |out| {
             let file = TakeFile {
@@ -207,7 +207,7 @@ impl LongTake {
                 provenance,
                 ..TakeFile::new(&self.header)
             };
-            let mut writer = TakeWriter::begin(out, &file, &self.outline, view).in_file(target)?;
+            let mut writer = TakeWriter::begin(out, &file, &self.outline, views).in_file(target)?;
             std::thread::scope(|scope| {
                 // Rows are parsed while those before them are written.
                 let (sender, receiver) = sync_channel(BLOCKS_AHEAD);

@@ -14,6 +14,7 @@ use crate::error::SessionError;
 use crate::files::{hash_file, hex_sha256};
 use crate::methods::Method;
 use crate::output::{self, folder_of};
+use crate::run::OutputScope;
 use crate::session::Session;
 use crate::settings::{EvaluateSection, LookSection, PlanSection, Settings};
 use crate::take::Take;
@@ -103,8 +104,8 @@ impl Manifest {
     }
 }
 
-/// Key of everything that results depend on; `written` is whether views and positions in rows are.
-pub(crate) fn key(session: &Session, provenance: &Provenance, written: (bool, bool)) -> String {
+/// Key of everything that results depend on; `scope` has the parts that are written.
+pub(crate) fn key(session: &Session, provenance: &Provenance, scope: OutputScope) -> String {
     let takes: Vec<_> = (session.takes.iter())
         .map(|take| {
             format!(
@@ -113,7 +114,7 @@ pub(crate) fn key(session: &Session, provenance: &Provenance, written: (bool, bo
             )
         })
         .collect();
-    hex_sha256(format!("{} {provenance:?} {takes:?} {written:?}", session.name).as_bytes())
+    hex_sha256(format!("{} {provenance:?} {takes:?} {scope:?}", session.name).as_bytes())
 }
 
 /// Provenance of a dictionary: only the settings and takes that it depends on.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
+use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile, Views};
 use inhand_contact::hull_distance_m;
 use inhand_model::{
     Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Protocol, Provenance,
@@ -306,7 +306,7 @@ pub fn write_plan(
     planned: &Planned,
     settings: &Settings,
     made: &[Provenance],
-    view: bool,
+    views: Views,
 ) -> Result<(), SessionError> {
     let whole = planned.motion(path)?;
     let samples = whole.layout().samples;
@@ -330,7 +330,7 @@ pub fn write_plan(
         provenance: made,
         ..TakeFile::new(&recording)
     };
-    write_parts(path, &file, view)
+    write_parts(path, &file, views)
 }
 
 /// The pieces of a motion by segment, with the sample at which each starts.

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use inhand_channels::Views;
 use inhand_inspection::{Smoothing, inspect_results, smoothing};
 use inhand_model::{
     Dictionary, Evaluation, InputHash, Inspection, Level, Motion, PerProtocol, Protocol,
@@ -46,12 +47,23 @@ pub struct RunOptions {
     pub output: PathBuf,
     /// Replace results that another session left in the output folder.
     pub force: bool,
-    /// Write channels that viewers draw without set-up.
-    pub view: bool,
-    /// Write planned and recorded positions into the rows.
-    pub row_positions: bool,
+    /// Parts of the results that are written.
+    pub scope: OutputScope,
     /// The command as typed, for `run.json`.
     pub command: Vec<String>,
+}
+
+/// Parts of the results that are written; by default those that the report and a look at the test takes need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutputScope {
+    /// Channels that viewers draw without set-up.
+    pub views: Views,
+    /// Whether training takes are written too.
+    pub train_takes: bool,
+    /// Whether test takes have the motion of every method: otherwise of the default one and of the best baseline.
+    pub all_methods: bool,
+    /// Whether the rows have planned and recorded positions.
+    pub row_positions: bool,
 }
 
 /// Progress of a run.
@@ -99,11 +111,7 @@ pub fn run(
     let takes = run.time("read", || take::read_session(&run.session, settings))?;
     let hashes = takes.iter().map(|take| take.hash.clone());
     let provenance = provenance("run", settings, hashes);
-    let key = manifest::key(
-        &run.session,
-        &provenance,
-        (options.view, options.row_positions),
-    );
+    let key = manifest::key(&run.session, &provenance, options.scope);
     let (kept, all) = manifest::unchanged(&run.files.run, &run.session.name, &key);
     run.files.kept = kept;
     let outputs = run.files.reproducible();
@@ -192,7 +200,7 @@ impl<'a> Run<'a> {
         let (begin, settings) = (Instant::now(), &options.settings);
         settings.validate()?;
         let session = session::list_takes(&options.folder, settings)?;
-        let files = RunFiles::new(&options.output, &session);
+        let files = RunFiles::new(&options.output, &session, options.scope);
         check_output(options, &session, &files)?;
         if !session.skipped.is_empty() {
             watch(Event::Skipped(&session.skipped));

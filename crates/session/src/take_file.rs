@@ -1,10 +1,11 @@
 //! Writes the file of a take.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
-    TakeFile,
+    TakeFile, Views,
 };
 use inhand_model::{
     Hull, MethodRows, Motion, PerFinger, PerProtocol, Protocol, Provenance, Segments, in_contact,
@@ -43,6 +44,8 @@ pub struct GeneratedMotion<'a> {
     pub generated: PerProtocol<&'a [Generated]>,
     /// Published errors and distances of each method; empty before an evaluation.
     pub rows: &'a [MethodRows],
+    /// Methods that are written, by name; `None` for all.
+    pub written: Option<&'a BTreeSet<&'a str>>,
     /// Where each fingertip has been in training.
     pub hulls: &'a PerFinger<Hull>,
 }
@@ -52,12 +55,10 @@ pub struct GeneratedMotion<'a> {
 /// # Errors
 ///
 /// [`SessionError`]; then no file appears.
-pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(), SessionError> {
+pub fn write(path: &Path, contents: &TakeContents<'_>, views: Views) -> Result<(), SessionError> {
     let TakeContents { take, settings, .. } = *contents;
     take.roles()?;
     let motion = contents.generated.as_ref();
-    let methods = motion.map_or(&[][..], |motion| motion.generated.published);
-    let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
     let segments = Protocol::ALL
         .map(|protocol| motion.map_or_else(Vec::new, |motion| motion.generated_segments(protocol)));
     let [generated, held_out] = segments.each_ref().map(|segments| {
@@ -69,10 +70,10 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let annotations = found_events::with_found(&take.annotations, contents.motion, settings)?;
     let tau_m = settings.evaluate.tau_mm / 1000.0;
     let of_methods = (motion.iter()).flat_map(|motion| {
-        let judged = methods.iter().zip(motion.rows);
-        judged.map(|(g, rows)| EvaluatedMethod {
+        let judged = motion.generated.published.iter().zip(motion.rows);
+        (judged.filter(|(g, _)| motion.writes(g))).map(|(g, rows)| EvaluatedMethod {
             name: g.method.name().to_owned(),
-            samples: motion.evaluated_samples(rows, &of_take, tau_m),
+            samples: motion.evaluated_samples(rows, tau_m),
         })
     });
     let recorded = recorded_contacts(contents.motion, settings)?;
@@ -88,7 +89,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
         annotations: Some(&annotations),
         ..take.file(&provenance)
     };
-    write_parts(path, &file, view)
+    write_parts(path, &file, views)
 }
 
 /// Writes a take's file from its parts.
@@ -96,18 +97,13 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
 /// # Errors
 ///
 /// [`SessionError::At`], [`SessionError::Io`].
-pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), SessionError> {
+pub fn write_parts(path: &Path, file: &TakeFile<'_>, views: Views) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_take(out, file, view).in_file(path)
+        inhand_channels::write_take(out, file, views).in_file(path)
     })
 }
 
 impl<'a> GeneratedMotion<'a> {
-    /// Published segments of the take.
-    fn segments_of_take(&self) -> Vec<usize> {
-        self.of_take(Protocol::Published).collect()
-    }
-
     fn of_take(&self, protocol: Protocol) -> impl Iterator<Item = usize> + use<'a> {
         let (take, segments) = (self.take, self.segments[protocol]);
         let origins = segments.origins().iter().enumerate();
@@ -135,18 +131,18 @@ impl<'a> GeneratedMotion<'a> {
             let made = self.of_take(protocol).filter_map(segment).collect();
             (generated.method.name(), made)
         };
-        self.generated[protocol].iter().map(of_method).collect()
+        let generated = self.generated[protocol].iter();
+        (generated.filter(|g| self.writes(g)).map(of_method)).collect()
     }
 
-    fn evaluated_samples(
-        &self,
-        rows: &MethodRows,
-        of_take: &[usize],
-        tau_m: f64,
-    ) -> Vec<EvaluatedSample> {
+    fn writes(&self, method: &Generated) -> bool {
+        (self.written).is_none_or(|written| written.contains(method.method.name()))
+    }
+
+    fn evaluated_samples(&self, rows: &MethodRows, tau_m: f64) -> Vec<EvaluatedSample> {
         let segments = self.segments.published;
         let samples = segments.layout().samples;
-        let instants = of_take.iter().flat_map(|&segment| {
+        let instants = self.of_take(Protocol::Published).flat_map(|segment| {
             let start = segments.origins()[segment].start;
             (0..samples).map(move |t| (start + t, segment * samples + t))
         });

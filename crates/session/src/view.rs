@@ -5,8 +5,8 @@ mod stored;
 use std::io::Cursor;
 use std::path::Path;
 
-use inhand_channels::{ChannelError, GeneratedMethod, Metadata, RECORDED, TakeFile};
-use inhand_container::{ChannelFacts, MetadataRecord, Packing, Selection, Source};
+use inhand_channels::{ChannelError, GeneratedMethod, Metadata, RECORDED, TakeFile, Views};
+use inhand_container::{ChannelFacts, MetadataRecord, Selection, Source};
 use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 
 use self::stored::StoredMethod;
@@ -50,7 +50,7 @@ pub struct Viewed {
 }
 
 /// Writes `input` with the channels that viewers draw: those that the step which made it would have
-/// written. Views of an earlier version are taken out first; every other record stays byte for byte.
+/// written, or those of more or none of the methods. Views of an earlier version are taken out first; every other record stays byte for byte.
 /// A step `view` is added to the provenance. Training hulls are drawn if the `dictionary` is given that was
 /// learned there; those that the file has stay otherwise.
 ///
@@ -64,6 +64,7 @@ pub fn add_views(
     input: &Path,
     output: &Path,
     dictionary: Option<&DictionaryFile>,
+    views: Views,
     settings: &Settings,
 ) -> Result<Viewed, SessionError> {
     refuse_folder(input)?;
@@ -78,9 +79,10 @@ pub fn add_views(
     let file = File::of(input, &bytes)?;
     let kind = file.kind;
     let hulls = dictionary.map(|dictionary| &dictionary.dictionary.demonstrated.hulls);
-    let (views, findings) = match kind {
+    let (added, findings) = match kind {
+        _ if views == Views::None => Default::default(),
         ViewedKind::Dictionary => (file.dictionary_views().in_file(input)?, Vec::new()),
-        ViewedKind::Take | ViewedKind::Foreign => file.take_views(hulls, settings)?,
+        ViewedKind::Take | ViewedKind::Foreign => file.take_views(hulls, views, settings)?,
     };
     let of_dictionary = dictionary.map(|dictionary| dictionary.hash.clone());
     let made = crate::run::provenance(
@@ -89,7 +91,7 @@ pub fn add_views(
         [file.hash.clone()].into_iter().chain(of_dictionary),
     );
     let is_view = file.is_view();
-    let keeps_hulls = kind == ViewedKind::Take && hulls.is_none();
+    let keeps_hulls = kind == ViewedKind::Take && hulls.is_none() && views != Views::None;
     let stays =
         |channel: &ChannelFacts| !is_view(channel) || (keeps_hulls && channel.topic == HULLS);
     let step = file.metadata.next_provenance(&made).0.into_iter();
@@ -98,9 +100,7 @@ pub fn add_views(
         add: step
             .map(|(name, facts)| MetadataRecord { name, facts })
             .collect(),
-        append: Some(&views),
-        // Dictionaries are kept unpacked, so that they load at once.
-        packing: (kind == ViewedKind::Dictionary).then_some(Packing::None),
+        append: (views != Views::None).then_some(&*added),
         ..Selection::default()
     };
     let selected = filter(input, output, &selection)?;
@@ -175,6 +175,7 @@ impl<'a> File<'a> {
     fn take_views(
         &self,
         hulls: Option<&PerFinger<Hull>>,
+        views: Views,
         settings: &Settings,
     ) -> Result<(Vec<u8>, Vec<Finding>), SessionError> {
         let take = crate::take::read(self.path, settings)?;
@@ -215,12 +216,13 @@ impl<'a> File<'a> {
             annotations: None,
             ..take.file(&[])
         };
-        let mut views = Vec::new();
+        let mut added = Vec::new();
         // ROS tools read no file of profile ros2 in which a channel is in another encoding.
         match self.kind == ViewedKind::Foreign && inhand_channels::is_ros2(self.bytes) {
-            true => views = ros2::views(&take, file.object_shape, &views_for)?,
+            true => added = ros2::views(&take, file.object_shape, &views_for)?,
             false => {
-                inhand_channels::write_views(&mut views, &file, &views_for).in_file(self.path)?;
+                inhand_channels::write_views(&mut added, &file, views, &views_for)
+                    .in_file(self.path)?;
             }
         }
         let findings = match self.kind {
@@ -228,6 +230,6 @@ impl<'a> File<'a> {
             ViewedKind::Foreign => take.measured().findings.clone(),
             ViewedKind::Take | ViewedKind::Dictionary => Vec::new(),
         };
-        Ok((views, findings))
+        Ok((added, findings))
     }
 }

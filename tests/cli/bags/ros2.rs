@@ -88,7 +88,7 @@ fn a_take_becomes_a_bag_and_comes_back() {
     // Roles are found as in the take itself, and the identical call may be repeated.
     bench.ok(&["process", "bag/take_0.mcap", "-o", "processed.mcap"]);
     bench.ok(&["convert", "take.csv", "--ros2", "-o", "bag"]);
-    let output = bench.inhand(&["convert", "take.csv", "--ros2", "--no-view", "-o", "bag"]);
+    let output = bench.inhand(&["convert", "take.csv", "--ros2", "--views=none", "-o", "bag"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
 }
 

@@ -9,7 +9,7 @@ use super::{hulls, transforms};
 use crate::colour::FINGER_COLOURS;
 use crate::error::ChannelError;
 use crate::streams::{Sampling, Streams};
-use crate::take::{scene_stride, stride};
+use crate::take::scene_stride;
 use crate::topic;
 
 /// Colour and opacity of the mean motion.
@@ -38,7 +38,7 @@ pub(crate) fn draw_dictionary<'a>(
     hulls::draw_points(&dictionary.demonstrated.hulls, start, streams)?;
 
     let place = (topic::VIEW_PRIMITIVES, Hand::NAME);
-    let stride = stride(rate_hz);
+    let stride = scene_stride(rate_hz);
     add_cloud(
         streams,
         place,
@@ -80,7 +80,7 @@ fn draw_paths<'a>(
     played_m: impl Fn(usize, Finger) -> [f64; 3] + Copy + 'a,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
-    let stride = stride(samples.clock.rate_hz());
+    let stride = scene_stride(samples.clock.rate_hz());
     let path = move |k: usize, finger: Finger| {
         let played = (0..length)
             .step_by(stride)
@@ -110,13 +110,13 @@ fn draw_paths<'a>(
         (paths.texts).push(text([x, y, z + TEXT_ABOVE_M], TEXT_M, MEAN.0, name));
         Some(scene(vec![paths]))
     })?;
-    // For viewers that draw no scenes. A ball is where a path begins: most paths are shorter than it is wide.
+    // For viewers that draw no scenes. A star is where a path begins: most paths are shorter than it is wide.
     let place = (topic::VIEW_PATH_POINTS, Hand::NAME);
     add_cloud(streams, place, &["finger"], begins, move |at, cloud| {
         for finger in Finger::ALL {
             let begin_m = played_m(at.k, finger);
             cloud.push_dot(
-                Dot::Ball(TIP_M),
+                Dot::Star(TIP_M),
                 begin_m,
                 &[finger.index()],
                 FINGER_COLOURS[finger],

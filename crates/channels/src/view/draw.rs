@@ -19,7 +19,16 @@ pub(crate) const TRAIL_M: f64 = 0.001;
 /// A colour and its opacity.
 pub(crate) type Paint = (Rgb, f64);
 
-pub(crate) fn pose([x, y, z]: [f64; 3]) -> Pose {
+/// Adding it leaves whole micrometres of a length, about: multiples of 2^-20 m, the rest is for no eye.
+const ROUNDING_M: f64 = 1.5 * (1_u64 << 32) as f64;
+
+/// A coordinate as views show it, metres.
+pub(crate) fn shown(metres: f64) -> f64 {
+    (metres + ROUNDING_M) - ROUNDING_M
+}
+
+pub(crate) fn pose(position_m: [f64; 3]) -> Pose {
+    let [x, y, z] = position_m.map(shown);
     Pose {
         position: Some(Vector3 { x, y, z }),
         orientation: Some(Quaternion {
@@ -35,7 +44,8 @@ pub(crate) fn size([x, y, z]: [f64; 3]) -> Vector3 {
     Vector3 { x, y, z }
 }
 
-pub(crate) fn point([x, y, z]: [f64; 3]) -> Point3 {
+pub(crate) fn point(position_m: [f64; 3]) -> Point3 {
+    let [x, y, z] = position_m.map(shown);
     Point3 { x, y, z }
 }
 
@@ -100,9 +110,7 @@ pub(crate) fn text(position_m: [f64; 3], height_m: f64, rgb: Rgb, text: String) 
 pub(crate) enum Dot {
     /// A single point, which has a size on the screen.
     Point,
-    /// Points on a sphere, which has a size in the scene, for viewers that draw no scenes.
-    Ball(f64),
-    /// Six points on a sphere, where there is less room.
+    /// Six points on a sphere, which has a size in the scene, for viewers that draw no scenes.
     Star(f64),
 }
 
@@ -137,10 +145,10 @@ impl Cloud {
         }
     }
 
-    /// Adds a point, metres. Views are for the eye: 32 bits hold it to a micrometre at ten metres.
+    /// Adds a point, metres; 32 bits hold it to a micrometre at ten metres.
     pub(crate) fn push(&mut self, position_m: [f64; 3], numbers: &[usize], rgb: Rgb) {
         for coordinate in position_m {
-            (self.data).extend_from_slice(&(coordinate as f32).to_le_bytes());
+            (self.data).extend_from_slice(&(shown(coordinate) as f32).to_le_bytes());
         }
         for &number in numbers {
             (self.data).extend_from_slice(&(number as u32).to_le_bytes());
@@ -159,8 +167,7 @@ impl Cloud {
     ) {
         let (diameter_m, directions) = match dot {
             Dot::Point => return self.push(centre_m, numbers, colour),
-            Dot::Star(diameter_m) => (diameter_m, face_directions().collect::<Vec<_>>()),
-            Dot::Ball(diameter_m) => (diameter_m, ball_directions().collect()),
+            Dot::Star(diameter_m) => (diameter_m, face_directions()),
         };
         for direction in directions {
             let point =
@@ -220,40 +227,30 @@ fn face_directions() -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// Towards the faces and the corners of a cube: 14 unit vectors.
-fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
-    let corner_axis = 1.0 / 3.0_f64.sqrt();
-    let corners = (0..8).map(move |corner| {
-        [0, 1, 2].map(|axis| {
-            if corner >> axis & 1 == 0 {
-                -corner_axis
-            } else {
-                corner_axis
-            }
-        })
-    });
-    face_directions().chain(corners)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_ball_is_round_about_its_centre() {
-        let directions: Vec<_> = ball_directions().collect();
-        assert_eq!(directions.len(), 14);
-        let mut sum = [0.0; 3];
-        for direction in &directions {
-            assert!((direction.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-15);
-            for axis in 0..3 {
-                sum[axis] += direction[axis];
-            }
-        }
-        assert!(sum.iter().all(|c| c.abs() < 1e-15));
-
+    fn a_star_is_round_about_its_centre() {
         let mut cloud = Cloud::new("hand", &["finger"]);
-        cloud.push_dot(Dot::Ball(0.01), [1.0, 2.0, 3.0], &[4], [1, 2, 3]);
-        assert_eq!(cloud.data.len(), 14 * cloud.message.point_stride as usize);
+        cloud.push_dot(Dot::Star(0.01), [1.0, 2.0, 3.0], &[4], [1, 2, 3]);
+        let stride = cloud.message.point_stride as usize;
+        let points: Vec<[f64; 3]> = (cloud.data.chunks(stride))
+            .map(|point| {
+                let float = |n: usize| f32::from_le_bytes([0, 1, 2, 3].map(|k| point[4 * n + k]));
+                [0, 1, 2].map(|n| f64::from(float(n)))
+            })
+            .collect();
+        assert_eq!(points.len(), 6);
+        for axis in 0..3 {
+            let mean = points.iter().map(|point| point[axis]).sum::<f64>() / 6.0;
+            assert!((mean - [1.0, 2.0, 3.0][axis]).abs() < 1e-6);
+        }
+        let off = |point: &[f64; 3]| {
+            let from = [point[0] - 1.0, point[1] - 2.0, point[2] - 3.0];
+            from.iter().map(|c| c * c).sum::<f64>().sqrt()
+        };
+        assert!(points.iter().all(|point| (off(point) - 0.005).abs() < 2e-6));
     }
 }

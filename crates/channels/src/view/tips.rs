@@ -11,7 +11,7 @@ use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::streams::{Instant, Sampling, Streams};
 use crate::take::ContactSample;
-use crate::take::{scene_stride, stride};
+use crate::take::scene_stride;
 
 /// Diameter and opacity of a fingertip that is drawn as a shell, metres.
 const SHELL_M: f64 = 0.007;
@@ -56,7 +56,6 @@ pub(crate) struct Tips<'a> {
 pub(crate) struct TipTopics<'t> {
     pub(crate) cloud: &'t str,
     pub(crate) scene: Option<&'t str>,
-    pub(crate) balls: Option<&'t str>,
     pub(crate) contacts: Option<&'t str>,
 }
 
@@ -70,18 +69,10 @@ impl<'a> Tips<'a> {
     ) -> Result<(), ChannelError> {
         let rate_hz = samples.clock.rate_hz();
         let scenes = samples.every(scene_stride(rate_hz));
-        self.add_cloud(
-            topics.cloud,
-            samples.every(stride(rate_hz)),
-            Dot::Point,
-            streams,
-        )?;
-        if let Some(topic) = topics.balls {
-            self.add_cloud(topic, scenes, Dot::Ball(SPHERE_M), streams)?;
-        }
+        self.add_cloud(topics.cloud, scenes, streams)?;
         if let Some(topic) = topics.contacts.filter(|_| !self.contacts.is_empty()) {
             let tips = self.clone();
-            let touching = Dot::Ball(CONTACT_SPHERE_M);
+            let touching = Dot::Star(CONTACT_SPHERE_M);
             add_cloud(
                 streams,
                 (topic, self.frame),
@@ -102,15 +93,19 @@ impl<'a> Tips<'a> {
         }
     }
 
-    /// Fingertips as points or balls, numbered from the thumb.
+    /// Fingertips numbered from the thumb: as stars, which viewers without scenes draw in their size; planned ones, which
+    /// may lie on recorded ones, as points.
     fn add_cloud(
         &self,
         topic: &str,
         sampling: Sampling,
-        dot: Dot,
         streams: &mut Streams<'a>,
     ) -> Result<(), ChannelError> {
         let tips = self.clone();
+        let dot = match self.shells {
+            Some(_) => Dot::Point,
+            None => Dot::Star(SPHERE_M),
+        };
         add_cloud(
             streams,
             (topic, self.frame),

@@ -1,7 +1,7 @@
 //! The tree of frames.
 
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
-use inhand_model::{BodySource, Frame, Hand, Object, Pose, World};
+use inhand_model::{BodySource, Frame, Hand, Object, Pose, World, stored};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use crate::error::ChannelError;
@@ -9,6 +9,7 @@ use crate::streams::{Instant, Sampling, Streams};
 use crate::take::Outline;
 use crate::take::TakeFile;
 use crate::topic;
+use crate::view::draw::shown;
 use crate::wire::viewer_time;
 
 /// Root of every tree: z points up.
@@ -138,8 +139,8 @@ pub(crate) fn transform(
     parent_from_child: Isometry3<f64>,
     unix_nanos: u64,
 ) -> FrameTransform {
-    let [x, y, z]: [f64; 3] = parent_from_child.translation.vector.into();
-    let [qx, qy, qz, qw]: [f64; 4] = parent_from_child.rotation.coords.into();
+    let [x, y, z] = <[f64; 3]>::from(parent_from_child.translation.vector).map(shown);
+    let [qx, qy, qz, qw] = <[f64; 4]>::from(parent_from_child.rotation.coords).map(stored);
     FrameTransform {
         timestamp: Some(viewer_time(unix_nanos)),
         parent_frame_id: parent.to_owned(),

@@ -11,11 +11,11 @@ use inhand_session::{Event, RunOptions, Settings, check_target, list_takes, writ
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::run::{SessionOptions, fails, finding_line, share, skipped_line};
+use super::run::{ResultOptions, SessionOptions, fails, finding_line, share, skipped_line};
 use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
 use crate::interrupt;
-use crate::options::{Format, OutputOptions, check_accepted};
+use crate::options::{Format, check_accepted};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -39,7 +39,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     overrides: SessionOptions,
     #[command(flatten)]
-    writing: OutputOptions,
+    writing: ResultOptions,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -47,7 +47,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let summary_file = args.output.join("summary.html");
     let earlier = Record::read(&record_file);
     // Results beside a record are those of an earlier call.
-    let force = args.writing.force || earlier.is_some();
+    let force = args.writing.output.force || earlier.is_some();
     check_target(&record_file, &[], || force)?;
     check_target(&summary_file, &[], || force)?;
     let mut record = earlier.unwrap_or_default();

@@ -135,10 +135,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         file_part(&task, &take.path, 1.0);
         let cleaned = clean_take(take, steps)?;
         let made = provenance("clean", settings, [take.hash.clone()]);
-        let view = !args.writing.no_view;
         let shape = settings.shape()?;
         write_output(target, args.writing.force, |path| {
-            write_cleaned(path, take, &cleaned, &made, shape, view)
+            write_cleaned(path, take, &cleaned, &made, shape, args.writing.views)
         })?;
         console.wrote_with(target, &counted(&cleaned.changes));
         let clock = take.measured().clock;

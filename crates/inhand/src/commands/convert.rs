@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use inhand_channels::Views;
 use inhand_export::Ros2Bag;
 use inhand_model::Recording;
 use inhand_session::{
@@ -94,7 +95,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 }
             }
             _ => write_output(target, args.writing.force, |path| {
-                take.convert(path, settings, !args.writing.no_view)
+                take.convert(path, settings, args.writing.views)
             })?,
         }
         let bytes = std::fs::metadata(target)?.len();
@@ -156,7 +157,7 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
         let take = Box::new(inhand_session::read(input, settings)?);
         say_findings(console, &take.hash, &take.recording);
         let write = |path: &Path| -> Result<Ros2Bag> {
-            let bag = write_ros2(path, &take, settings, !args.writing.no_view)?;
+            let bag = write_ros2(path, &take, settings, args.writing.views != Views::None)?;
             if in_folder {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
                 write_text(&path.with_file_name(BAG_FACTS), &bag.metadata_yaml(&name))?;

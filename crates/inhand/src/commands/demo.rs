@@ -8,11 +8,11 @@ use inhand_model::Shape;
 use inhand_session::{DEMO_SESSION, TakeFormat, simulate_session};
 use inhand_simulation::SessionSettings;
 
-use crate::commands::run::{SessionOptions, run_shown};
+use crate::commands::run::{ResultOptions, SessionOptions, run_shown};
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::interrupt;
-use crate::options::{FailOn, Format, OutputOptions};
+use crate::options::{FailOn, Format};
 
 /// Simulate a session (five takes of 120 s for training, one for testing) and run every step on it.
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    writing: OutputOptions,
+    writing: ResultOptions,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -42,7 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     interrupt::writes_in(&args.output, true);
     let task = console.step(&line);
     // A session of an earlier demo may be replaced.
-    let again = args.writing.force || session.join(inhand_session::SETTINGS_FILE).is_file();
+    let again = args.writing.output.force || session.join(inhand_session::SETTINGS_FILE).is_file();
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
     drop(task);
     console.step_done(&line, begin.elapsed());

@@ -90,13 +90,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 take: 0,
                 generated: generated.as_ref().map(Vec::as_slice),
                 rows: &[],
+                written: None,
                 hulls: &dictionary.dictionary.demonstrated.hulls,
             }),
             made: &made,
             settings: &settings,
         };
         write_output(target, args.writing.force, |path| {
-            write_take(path, &contents, !args.writing.no_view)
+            write_take(path, &contents, args.writing.views)
         })?;
         let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
         let lost = trajectories.filter(|t| t.is_none()).count();

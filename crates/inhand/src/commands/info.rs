@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow};
-use inhand_channels::{FileInfo, info};
+use inhand_channels::{FileInfo, info, view_topics};
 use inhand_model::{Dictionary, Provenance};
 use inhand_session::{take_files, unpack};
 use serde_json::{Value, json};
@@ -12,6 +12,9 @@ use serde_json::{Value, json};
 use crate::console::{Console, by_finger, print};
 use crate::exit::Exit;
 use crate::options::Format;
+
+/// Topic of a dictionary's own message.
+const DICTIONARY: &str = "/dictionary/model";
 
 /// Print the content of an MCAP file of any origin.
 ///
@@ -39,7 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                  files of them"
             )
         })?;
-        let has_dictionary = (info.channels.iter()).any(|c| c.topic == "/dictionary/model");
+        let has_dictionary = (info.channels.iter()).any(|c| c.topic == DICTIONARY);
         let dictionary = has_dictionary
             .then(|| inhand_channels::read_dictionary(&bytes, &shown))
             .and_then(Result::ok);
@@ -76,7 +79,16 @@ fn text(info: &FileInfo) -> String {
             channel.schema.as_deref().unwrap_or("-"),
             or_none(&channel.message_encoding),
             channel.messages,
-            channel.bytes as f64 / 1e6,
+            channel.packed_bytes as f64 / 1e6,
+        );
+    }
+    if let Some(views) = views_bytes(info) {
+        let (views, all) = (views as f64, info.bytes as f64);
+        text += &format!(
+            "views {:.1} MB of {:.1} MB ({:.0} %)\n",
+            views / 1e6,
+            all / 1e6,
+            100.0 * views / all,
         );
     }
     for frame in &info.frames {
@@ -111,6 +123,18 @@ fn text(info: &FileInfo) -> String {
         text += &format!("attached  {name} ({kind}, {} bytes)\n", attachment.bytes);
     }
     text
+}
+
+/// Bytes in the file of the channels that only viewers need; `None` without any.
+fn views_bytes(info: &FileInfo) -> Option<u64> {
+    let dictionary = info.channels.iter().any(|c| c.topic == DICTIONARY);
+    let is_view = view_topics(&info.metadata, dictionary);
+    let views = info.channels.iter().filter(|c| {
+        let schema = c.schema.as_deref().unwrap_or_default();
+        is_view(&c.topic, &c.message_encoding, schema)
+    });
+    let bytes: u64 = views.map(|channel| channel.packed_bytes).sum();
+    (bytes > 0).then_some(bytes)
 }
 
 /// The lines about the file as a whole and the recording in it.
@@ -189,6 +213,7 @@ fn to_json(info: &FileInfo) -> Value {
         "has_summary": info.has_summary,
         "problem": info.problem.as_ref().map(ToString::to_string),
         "chunks": info.chunks,
+        "views_bytes": views_bytes(info).unwrap_or_default(),
         "channels": channels,
         "frames": info.frames,
         "fingertips": fingertips,

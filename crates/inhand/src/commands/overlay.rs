@@ -19,8 +19,8 @@ use crate::output::OutputFile;
 /// first.
 ///
 /// Two takes: `inhand overlay a.mcap b.mcap -o c.mcap`. Two methods: `inhand overlay run/take.mcap
-/// --methods prior,hermite -o c.mcap`. Two settings: `inhand overlay run1/take.mcap run2/take.mcap
-/// --methods prior -o c.mcap`.
+/// --methods residual,hermite -o c.mcap`. Two settings: `inhand overlay run1/take.mcap run2/take.mcap
+/// --methods residual -o c.mcap`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes, the reference first; one take with --methods.

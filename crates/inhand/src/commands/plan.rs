@@ -128,13 +128,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let made = provenance("plan", &settings, hashes.chain([dictionary.hash.clone()]));
     let mut steps = dictionary.provenance;
     steps.push(made);
-    let view = !args.writing.no_view;
+    let views = args.writing.views;
     write_output(
         &args.output,
         args.writing.force,
         |path| match TableFormat::from_path(&args.output) {
             Some(form) => write_plan_table(path, &planned, form),
-            None => write_plan(path, &planned, &settings, &steps, view),
+            None => write_plan(path, &planned, &settings, &steps, views),
         },
     )?;
     // An output that is refused leaves no outcome on stdout.

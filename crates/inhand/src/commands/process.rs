@@ -57,7 +57,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             settings: &settings,
         };
         write_output(target, args.writing.force, |path| {
-            write_take(path, &contents, !args.writing.no_view)
+            write_take(path, &contents, args.writing.views)
         })?;
         let counts = Finger::ALL.map(|finger| motion.fingertips[finger].counts());
         let content = format!(

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use clap::ArgAction;
 use inhand_model::{Inspection, Level, SessionFinding};
 use inhand_session::{
-    Event, RunOptions, Settings, TakeEntry, is_take, list_takes, locate, take_name,
+    Event, OutputScope, RunOptions, Settings, TakeEntry, is_take, list_takes, locate, take_name,
 };
 
 use crate::console::{Console, data, wrapped};
@@ -13,7 +14,7 @@ use crate::exit::Exit;
 use crate::interrupt;
 use crate::options::{
     EvaluateOptions, FailOn, Format, LearnOptions, LookOptions, MethodOptions, OutputOptions,
-    PlanOptions, TakeOptions, check_accepted,
+    PlanOptions, TakeOptions, check_accepted, one_of,
 };
 
 /// Files that are no takes that are named at most.
@@ -59,7 +60,22 @@ pub(crate) struct Args {
     #[arg(long, help_heading = "Evaluation")]
     row_positions: bool,
     #[command(flatten)]
-    writing: OutputOptions,
+    writing: ResultOptions,
+}
+
+/// Writing of the results of a session.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(crate) struct ResultOptions {
+    #[command(flatten)]
+    pub(crate) output: OutputOptions,
+    /// Takes that are written: test or all (training takes too: 8 MB for 120 s at 100 Hz).
+    #[arg(long = "takes", value_name = "WORD", default_value = "test", action = ArgAction::Set,
+          value_parser = one_of(&[("test", false), ("all", true)]))]
+    train_takes: bool,
+    /// Methods in test takes: compared (the default one and the best baseline) or all (3.4 MB more each, for 120 s).
+    #[arg(long = "take-methods", value_name = "WORD", default_value = "compared", action = ArgAction::Set,
+          value_parser = one_of(&[("compared", false), ("all", true)]))]
+    all_methods: bool,
 }
 
 /// Every setting of a session as an option.
@@ -111,7 +127,7 @@ impl SessionOptions {
         console: &Console,
         session: &Path,
         output: &Path,
-        writing: &OutputOptions,
+        writing: &ResultOptions,
     ) -> Result<RunOptions> {
         let place = locate(session)?;
         let beside = match place.take {
@@ -137,28 +153,28 @@ impl SessionOptions {
             folder: place.folder,
             settings,
             output: output.to_owned(),
-            force: writing.force,
-            view: !writing.no_view,
-            row_positions: false,
+            force: writing.output.force,
+            scope: OutputScope {
+                views: writing.output.views,
+                train_takes: writing.train_takes,
+                all_methods: writing.all_methods,
+                row_positions: false,
+            },
             command: std::env::args().collect(),
         })
     }
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let options =
+    let mut options =
         (args.overrides).run_options(console, &args.session, &args.output, &args.writing)?;
+    options.scope.row_positions = args.row_positions;
     // Entries of a session's file may be for other takes than the one that is run.
     if args.overrides.look.is_typed() || !is_take(&args.session) {
         let takes = list_takes(&options.folder, &options.settings)?.takes;
         let names: Vec<_> = takes.into_iter().map(|take| take.name).collect();
         check_accepted(&options.settings.look.accept, &names)?;
     }
-    let row_positions = args.row_positions;
-    let options = RunOptions {
-        row_positions,
-        ..options
-    };
     run_shown(console, &options, args.format, args.overrides.look.fail_on)
 }
 

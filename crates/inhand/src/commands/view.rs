@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::commands::{file_part, files_task, targets};
 use crate::console::{Console, print};
 use crate::exit::Exit;
-use crate::options::{Format, SourceOptions};
+use crate::options::{Format, OutputOptions, SourceOptions};
 use crate::output::{check_outputs, write_output};
 
 /// Add visualisation channels to files
@@ -38,9 +38,8 @@ pub(crate) struct Args {
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that exists.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    writing: OutputOptions,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -56,8 +55,16 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let task = files_task(console, "adding views", &args.inputs, 1.0);
     for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(&settings) {
         file_part(&task, input, 1.0);
-        let write = |path: &Path| add_views(input, path, dictionary.as_ref(), settings);
-        let viewed = write_output(target, args.force, write)?;
+        let write = |path: &Path| {
+            add_views(
+                input,
+                path,
+                dictionary.as_ref(),
+                args.writing.views,
+                settings,
+            )
+        };
+        let viewed = write_output(target, args.writing.force, write)?;
         for finding in &viewed.findings {
             console.finding(&input.display().to_string(), finding);
         }

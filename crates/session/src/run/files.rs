@@ -3,17 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::{FIGURES, RunOptions};
+use super::{FIGURES, OutputScope, RunOptions};
 use crate::error::SessionError;
 use crate::manifest;
 use crate::output;
 use crate::session::{Session, SessionTake};
+use crate::settings::Role;
 use crate::tables::MotionFiles;
 
 /// Where a run's results are.
 #[derive(Clone, Debug)]
 pub struct RunFiles {
-    /// One recording for each take, in the session's order.
+    /// A recording for each take that is written, in the session's order.
     pub takes: Vec<PathBuf>,
     /// The dictionary.
     pub dictionary: PathBuf,
@@ -36,10 +37,9 @@ pub struct RunFiles {
 }
 
 impl RunFiles {
-    pub(super) fn new(folder: &Path, session: &Session) -> Self {
-        let takes = session
-            .takes
-            .iter()
+    pub(super) fn new(folder: &Path, session: &Session, scope: OutputScope) -> Self {
+        let takes = (session.takes.iter())
+            .filter(|take| scope.train_takes || take.role == Role::Test)
             .map(|take| folder.join(format!("{}.mcap", take.name)));
         Self {
             takes: takes.collect(),

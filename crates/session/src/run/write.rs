@@ -30,37 +30,45 @@ pub(super) struct Results<'a> {
     pub(super) provenance: &'a Provenance,
 }
 
-/// Writes a recording for each take, but what an earlier run left.
+/// Writes a recording for each take that is to be written, but what an earlier run left.
 pub(super) fn write_takes(
     run: &Results<'_>,
     options: &RunOptions,
     files: &RunFiles,
 ) -> Result<(), SessionError> {
-    let results = &run.cut.results;
     // Segments count takes among the test takes, results among all takes.
     let mut tests = 0..;
-    let indices: Vec<_> = (results.iter())
-        .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
-        .collect();
-    inhand_parallel::try_up_to(results.len(), |n| {
-        if files.is_kept(&files.takes[n]) {
+    let takes = (run.cut.results.iter())
+        .map(|result| {
+            (
+                result,
+                (result.role == Role::Test).then(|| tests.next()).flatten(),
+            )
+        })
+        .filter(|(_, test)| options.scope.train_takes || test.is_some());
+    let takes: Vec<_> = takes.zip(&files.takes).collect();
+    let compared = run.judged.evaluation.compared();
+    let written = (!options.scope.all_methods).then_some(&compared);
+    inhand_parallel::try_map(&takes, |((result, test_take), path)| {
+        if files.is_kept(path) {
             return Ok(());
         }
-        let motion = indices[n].map(|take| GeneratedMotion {
+        let motion = test_take.map(|take| GeneratedMotion {
             segments: run.cut.test.as_ref(),
             take,
             generated: run.generated.as_ref().map(Vec::as_slice),
             rows: &run.judged.rows.published.methods,
+            written,
             hulls: &run.dictionary.demonstrated.hulls,
         });
         let contents = TakeContents {
-            take: results[n].take,
-            motion: results[n].motion,
+            take: result.take,
+            motion: result.motion,
             generated: motion,
             made: run.provenance,
             settings: &options.settings,
         };
-        take_file::write(&files.takes[n], &contents, options.view)
+        take_file::write(path, &contents, options.scope.views)
     })
     .map(drop)
 }
@@ -100,7 +108,7 @@ pub(super) fn write_reports(
         let session = &evaluation.session.name;
         let write_rows = |path: &Path, protocol| match files.is_kept(path) {
             true => Ok(()),
-            false => tables::write_rows(path, session, of(protocol), options.row_positions),
+            false => tables::write_rows(path, session, of(protocol), options.scope.row_positions),
         };
         let (tables, (json, figures)) = both(
             || {

@@ -341,7 +341,7 @@ fn takes_may_share_a_file_by_time_range() {
     let listed = "[[takes]]\npath = \"train/cube_train_01.csv\"\nrole = \"train\"\nto_s = 8\n\
                   [[takes]]\npath = \"train/cube_train_01.csv\"\nrole = \"test\"\nfrom_s = 8\n";
     bench.write("session/ranges.toml", listed);
-    let args = ["run", "session/ranges.toml", "-o", "out"];
+    let args = ["run", "session/ranges.toml", "-o", "out", "--takes", "all"];
     bench.ok(&[&args[..], &crate::support::SMALL].concat());
     let evaluation = bench.json("out/evaluation.json");
     assert_eq!(evaluation["session"]["train"][0]["samples"], 800);

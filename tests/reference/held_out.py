@@ -3,7 +3,7 @@
     python tests/reference/held_out.py SESSION OUT
 
 SESSION is a folder of Motive CSV files in metres with quaternions whose hand is a rigid body named Hand and whose
-fingertips are markers named by finger, OUT what `inhand run` wrote for it. Needs numpy, pandas, pyarrow and mcap.
+fingertips are markers named by finger, OUT what `inhand run --take-methods all` wrote for it. Needs numpy, pandas, pyarrow and mcap.
 Nothing of inhand is used. Of every test segment: the window of the lines, values and slopes, the straight line and the
 cubic between them against the motion in `/held_out`, and the error of every method at every instant against
 `rows.held_out.parquet`. Segments with missing samples in reach are left out. Prints the largest deviations and

@@ -354,8 +354,14 @@ pub(crate) struct OutputOptions {
     /// Replace existing outputs that were made from other inputs.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Visualisation channels: default (of the recording and the first method), all methods or none.
-    #[arg(long, value_name = "WORD", default_value = "default", value_parser = one_of(VIEWS))]
+    /// Visualisation channels: default (recording, first method), all or none.
+    #[arg(
+        long,
+        value_name = "WORD",
+        hide_possible_values = true,
+        default_value = "default",
+        value_parser = one_of(VIEWS)
+    )]
     pub(crate) views: Views,
 }
 

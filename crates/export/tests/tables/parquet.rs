@@ -1,7 +1,7 @@
 //! Parquet, read with the crate's own reader. That other tools read it is seen from the command
 //! line's tests and from pyarrow (`docs/formats.md`).
 
-use inhand_export::{TableBuilder, recording_entities, tidy, wide, write_parquet};
+use inhand_export::{TableBuilder, recording_entities, wide, write_parquet};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::RowAccessor;
 

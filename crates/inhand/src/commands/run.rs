@@ -69,12 +69,24 @@ pub(crate) struct ResultOptions {
     #[command(flatten)]
     pub(crate) output: OutputOptions,
     /// Takes that are written: test or all (training takes too: 8 MB for 120 s at 100 Hz).
-    #[arg(long = "takes", value_name = "WORD", default_value = "test", action = ArgAction::Set,
-          value_parser = one_of(&[("test", false), ("all", true)]))]
+    #[arg(
+        long = "takes",
+        value_name = "WORD",
+        hide_possible_values = true,
+        default_value = "test",
+        action = ArgAction::Set,
+        value_parser = one_of(&[("test", false), ("all", true)])
+    )]
     train_takes: bool,
-    /// Methods in test takes: compared (the default one and the best baseline) or all (3.4 MB more each, for 120 s).
-    #[arg(long = "take-methods", value_name = "WORD", default_value = "compared", action = ArgAction::Set,
-          value_parser = one_of(&[("compared", false), ("all", true)]))]
+    /// Methods in test takes: compared (default and best baseline) or all (3.4 MB each, for 120 s).
+    #[arg(
+        long = "take-methods",
+        value_name = "WORD",
+        hide_possible_values = true,
+        default_value = "compared",
+        action = ArgAction::Set,
+        value_parser = one_of(&[("compared", false), ("all", true)])
+    )]
     all_methods: bool,
 }
 

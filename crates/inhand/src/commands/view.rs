@@ -70,7 +70,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
         let had = match (viewed.kind, viewed.replaced) {
             (_, 0) => String::new(),
-            (ViewedKind::Dictionary, _) => ", which dictionaries always have".to_owned(),
+            (ViewedKind::Dictionary, _) if viewed.messages > 0 => {
+                ", which dictionaries always have".to_owned()
+            }
             (_, replaced) => format!(" in place of {replaced}"),
         };
         let as_ros2 = (viewed.ros2_topic).map_or_else(String::new, |topic| {

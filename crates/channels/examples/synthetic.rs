@@ -57,10 +57,10 @@ fn main() {
         fs::write(folder.join(name), bytes).unwrap();
     };
     write("take.mcap", &|out| {
-        write_take(out, &full, Views::All).unwrap()
+        write_take(out, &full, Views::All).unwrap();
     });
     write("train.mcap", &|out| {
-        write_take(out, &train, Views::All).unwrap()
+        write_take(out, &train, Views::All).unwrap();
     });
     write("train_plain.mcap", &|out| {
         write_take(out, &train, Views::None).unwrap();

@@ -27,6 +27,7 @@
 //!
 //! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
 
+mod given;
 mod mat;
 mod npz;
 mod number;
@@ -38,6 +39,8 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ExportError;
+pub use given::{Given, import_primitives};
+
 /// A variable of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Variable {

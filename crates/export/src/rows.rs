@@ -92,6 +92,8 @@ pub fn evaluation_rows<'a>(
         }
     });
     let any = |has: fn(&MethodRows) -> bool| rows.methods.iter().any(has);
+    let or_missing =
+        |values: &Option<Vec<f64>>, k| values.as_ref().map_or(f64::NAN, |v| stored(v[k]));
     table.words("session", move |_| session);
     table.words("method", |i| &i.method.name);
     table.words("take", |i| &rows.takes[i.origin.take]);
@@ -101,9 +103,8 @@ pub fn evaluation_rows<'a>(
     (table.numbers("time_s", "s", |i| i.sample as f64 / rows.layout.rate_hz)).shared = true;
     for finger in Finger::ALL {
         let name = |suffix: &str| format!("{}.{suffix}", finger.name());
-        table.numbers(name("error_m"), "m", move |i| {
-            stored(i.method.error_m[i.at][finger])
-        });
+        let error_m = move |i: Instant<'_>| stored(i.method.error_m[i.at][finger]);
+        table.numbers(name("error_m"), "m", error_m);
         table.counts(name("filled"), move |i| rows.filled[i.at][finger].into());
         if let Some(recorded_m) = &rows.recorded_distance_m {
             let distance_m = move |i: Instant<'_>| stored(i.of(&i.method.distance_m, finger));
@@ -138,19 +139,15 @@ pub fn evaluation_rows<'a>(
     if rows.recorded_distance_m.is_some() {
         table.counts("object_filled", |i| rows.object_filled[i.at].into());
     }
-    table.numbers("nearest_pair_m", "m", |i| {
-        stored(i.method.nearest_pair_m[i.at])
-    });
+    let planned_m = |i: Instant<'_>| stored(i.method.nearest_pair_m[i.at]);
+    table.numbers("nearest_pair_m", "m", planned_m);
     let recorded_m = |i: Instant<'_>| stored(rows.recorded_nearest_pair_m[i.at]);
     (table.numbers("recorded_nearest_pair_m", "m", recorded_m)).shared = true;
     if any(|method| method.object_position_error_m.is_some()) {
-        let at = |values: &Option<Vec<f64>>, k| values.as_ref().map_or(f64::NAN, |v| stored(v[k]));
-        table.numbers("object_position_error_m", "m", move |i| {
-            at(&i.method.object_position_error_m, i.at)
-        });
-        table.numbers("object_angle_error_rad", "rad", move |i| {
-            at(&i.method.object_angle_error_rad, i.at)
-        });
+        let distance_m = move |i: Instant<'_>| or_missing(&i.method.object_position_error_m, i.at);
+        table.numbers("object_position_error_m", "m", distance_m);
+        let angle_rad = move |i: Instant<'_>| or_missing(&i.method.object_angle_error_rad, i.at);
+        table.numbers("object_angle_error_rad", "rad", angle_rad);
     }
     table.finish()
 }

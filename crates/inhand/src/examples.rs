@@ -110,8 +110,8 @@ fn complete(command: Command) -> Command {
 fn short(command: Command) -> Command {
     let command = command.mut_args(|arg| {
         // The help of --format names the values.
-        let is_format = arg.get_id() == "format";
-        let arg = arg.hide_possible_values(is_format);
+        let hidden = arg.is_hide_possible_values_set() || arg.get_id() == "format";
+        let arg = arg.hide_possible_values(hidden);
         if COMMON.contains(&arg.get_id().as_str()) {
             return arg.help_heading(None);
         }

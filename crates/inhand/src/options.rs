@@ -100,7 +100,7 @@ pub(crate) fn check_accepted(accept: &[String], takes: &[String]) -> Result<(), 
 pub(crate) struct SourceOptions {
     /// Settings file [default: inhand.toml of the session].
     ///
-    /// Of the session that the inputs are, or are in. none is for no settings but options: neither those of a session nor those stored in takes.
+    /// none: options alone, neither settings of a session nor those stored in takes.
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Option<PathBuf>,
     /// Unit of length where a file does not state it: m, cm, mm, in or ft.
@@ -199,9 +199,8 @@ pub(crate) struct LearnOptions {
     kind: Option<DictionaryKind>,
     /// Number of primitives [default: 200, or the number of segments].
     ///
-    /// With `learn`, also FROM..TO (a dozen in even steps) or FROM..TO:STEP: each rank is evaluated on takes
-    /// left out of learning, and the smallest whose prediction error is within one standard error of the least is
-    /// used.
+    /// With `learn`, also FROM..TO or FROM..TO:STEP: of these ranks the smallest whose prediction error on left-out
+    /// takes is within one standard error of the least.
     #[arg(long, value_name = "N|FROM..TO")]
     rank: Option<RankOption>,
     /// Primitives of each finger's deviation from the cubic Hermite baseline [default: 28].
@@ -274,8 +273,7 @@ pub(crate) struct LearnOptions {
 pub(crate) struct MethodOptions {
     /// Methods, separated by commas; the first is the default one.
     ///
-    /// They are in the order of the report. auto is the method with the lowest error on training takes left out of learning, which is then repeated for
-    /// each group of takes.
+    /// The report keeps their order. auto is the one with the lowest error on training takes left out of learning.
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>)]
     methods: Vec<Method>,
 }

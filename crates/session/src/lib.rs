@@ -42,6 +42,7 @@ pub mod overlay;
 mod plan;
 mod ros2;
 mod run;
+mod scope;
 mod session;
 pub mod sessions;
 mod settings;
@@ -73,7 +74,8 @@ pub use output::{
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use ros2::write_ros2;
-pub use run::{Event, OutputScope, RunFiles, RunOptions, RunResult, provenance, run};
+pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
+pub use scope::OutputScope;
 pub use session::{SETTINGS_FILE, Session, SessionPlace, SessionTake, is_take, list_takes, locate};
 pub use settings::{
     BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection, LookSection,

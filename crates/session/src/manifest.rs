@@ -14,7 +14,7 @@ use crate::error::SessionError;
 use crate::files::{hash_file, hex_sha256};
 use crate::methods::Method;
 use crate::output::{self, folder_of};
-use crate::run::OutputScope;
+use crate::scope::OutputScope;
 use crate::session::Session;
 use crate::settings::{EvaluateSection, LookSection, PlanSection, Settings};
 use crate::take::Take;

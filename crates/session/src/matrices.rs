@@ -14,8 +14,6 @@
 //! `model.fit(segments)` with one segment a row, `numpy.savez("w.npz",
 //! components_=model.components_)`; in MATLAB, `save("w.mat", "primitives", "-v7")`.
 
-mod given;
-
 use std::io::Write as _;
 use std::path::Path;
 
@@ -27,7 +25,7 @@ use crate::error::{Located, SessionError};
 use crate::files::name_of;
 use crate::output;
 
-pub use given::{Given, import_primitives};
+pub use inhand_export::matrices::{Given, import_primitives};
 
 /// Named matrices in the order in which they are written.
 pub type Matrices = Vec<(String, Variable)>;
@@ -75,7 +73,7 @@ pub fn read_primitives(
     layout: SegmentLayout,
     kind: DictionaryKind,
 ) -> Result<Given, SessionError> {
-    import_primitives(&read(path)?, &name_of(path), layout, kind)
+    import_primitives(&read(path)?, layout, kind).in_file(path)
 }
 
 /// Every number of a dictionary as named matrices; vectors are columns, indices count from 0.

@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use inhand_channels::Views;
 use inhand_inspection::{Smoothing, inspect_results, smoothing};
 use inhand_model::{
     Dictionary, Evaluation, InputHash, Inspection, Level, Motion, PerProtocol, Protocol,
@@ -23,6 +22,7 @@ use crate::dictionary_file;
 use crate::error::{Located, SessionError};
 use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
+use crate::scope::OutputScope;
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, TakeResult};
@@ -51,19 +51,6 @@ pub struct RunOptions {
     pub scope: OutputScope,
     /// The command as typed, for `run.json`.
     pub command: Vec<String>,
-}
-
-/// Parts of the results that are written; by default those that the report and a look at the test takes need.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OutputScope {
-    /// Channels that viewers draw without set-up.
-    pub views: Views,
-    /// Whether training takes are written too.
-    pub train_takes: bool,
-    /// Whether test takes have the motion of every method: otherwise of the default one and of the best baseline.
-    pub all_methods: bool,
-    /// Whether the rows have planned and recorded positions.
-    pub row_positions: bool,
 }
 
 /// Progress of a run.

@@ -82,8 +82,6 @@ pub(crate) enum MarkShape {
     Dot,
     /// A line across the row.
     Across,
-    /// A filled area, as high as a box.
-    Area,
 }
 
 impl Mark {
@@ -143,7 +141,6 @@ impl Mark {
                         }
                         MarkShape::Bar => (along("bar")),
                         MarkShape::Box => rect.box x=(Px(from)) y=(Px(top)) width=(Px(width)) height=(Px(BOX_HEIGHT)) {},
-                        MarkShape::Area => rect.area x=(Px(from)) y=(Px(top)) width=(Px(width)) height=(Px(BOX_HEIGHT)) {},
                         MarkShape::Median => (line("median", to, 0.5 * BOX_HEIGHT)),
                         MarkShape::Across => (line("pooled", to, 0.9 * BOX_HEIGHT)),
                         MarkShape::Ring => circle.dot cx=(Px(to)) cy=(Px(y)) r="2.6" {},

@@ -7,7 +7,7 @@ use super::errors::finger_table;
 use super::{Body, Method, default, known_of, method_table, named, recorded};
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
 use crate::figure::scale::Scale;
-use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS};
+use crate::figure::{Figure, FigureData, PLAIN_CLASS};
 use crate::table::{Head, Table, evaluated, known};
 use crate::words::{
     NONE, count, count_range, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
@@ -27,10 +27,10 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
     let unsolved = planned
         .iter()
         .any(|(_, plan)| plan.infeasible + plan.failed > 0);
-    let ended = Body::default().figure(status(&planned));
+    let plans = plans(&planned);
     let (shown, folded) = match unsolved {
-        true => (ended, Body::default()),
-        false => (Body::default(), ended),
+        true => (plans, Body::default()),
+        false => (Body::default(), plans),
     };
     let times = times(report.plan_times, methods);
     Body::default()
@@ -45,10 +45,7 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
             "Collisions",
             Body::default().prose(collision_table(methods)),
         )
-        .folded(
-            "Plans and their certificates",
-            folded.append(plans(&planned)),
-        )
+        .folded("Plans and their certificates", folded)
         .folded("Times of single plans", times)
 }
 
@@ -205,67 +202,6 @@ fn plans(planned: &[Planned<'_, '_>]) -> Body {
         return html! { p { "No method solved an optimisation." } }.into();
     }
     certificates(planned).append(families(planned))
-}
-
-/// Ends of a plan with the class of their colour.
-const ENDS: [(&str, &str); 3] = [
-    ("solved", "status-solved"),
-    ("infeasible", "status-infeasible"),
-    ("failed", "status-failed"),
-];
-
-/// `None` where there is no plan.
-fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
-    let counts = |plan: &PlanFacts| [plan.solved, plan.infeasible, plan.failed];
-    let ended = planned.iter().map(|(method, plan)| (*method, counts(plan)));
-    let ended: Vec<_> = ended
-        .filter(|(_, counts)| counts.iter().sum::<usize>() > 0)
-        .collect();
-    if ended.is_empty() {
-        return None;
-    }
-    let cells: Vec<(&str, &str, usize)> = (ended.iter())
-        .flat_map(|(method, counts)| {
-            ENDS.iter()
-                .zip(counts)
-                .map(|((end, _), n)| (method.name, *end, *n))
-        })
-        .collect();
-    let rows = ended.iter().map(|(method, counts)| {
-        let n: usize = counts.iter().sum();
-        let share = |ends: usize| 100.0 * counts[..ends].iter().sum::<usize>() as f64 / n as f64;
-        let ends = ENDS
-            .iter()
-            .enumerate()
-            .filter(|(place, _)| counts[*place] > 0);
-        let marks = ends.map(|(place, (end, class))| {
-            let words = format!("{} {end}", part_of(counts[place], n));
-            Mark::over(MarkShape::Area, [share(place), share(place + 1)]).coloured(class, words)
-        });
-        PlotRow {
-            marks: marks.collect(),
-            numbers: vec![part_of(counts[0], n)],
-            ..method.row()
-        }
-    });
-    Some(Figure {
-        id: "plan-status",
-        title: "How plans ended.".to_owned(),
-        caption: "Share of each method's plans by their end; at the right: solved of all."
-            .to_owned(),
-        data: FigureData::about(&cells)
-            .words("method", |cell| cell.0)
-            .words("end", |cell| cell.1)
-            .counts("plans", |cell| cell.2)
-            .done(),
-        legend: ENDS.map(|(end, class)| Key::area(end, class)).into(),
-        panels: vec![row_plot::draw(&RowPlot {
-            axis: ("share of plans (%)", Scale::linear(0.0, 100.0)),
-            numbers: &["solved"],
-            rows: rows.collect(),
-            ..RowPlot::default()
-        })],
-    })
 }
 
 fn certificates(planned: &[Planned<'_, '_>]) -> Body {

@@ -89,7 +89,6 @@ fn every_figure_of_the_list_is_there() {
         "contact-count",
         "contact-raster",
         "distance-difference",
-        "plan-status",
         "corridor-coverage",
         "dictionary-objective",
     ] {

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::{FIGURES, OutputScope, RunOptions};
+use super::{FIGURES, RunOptions};
 use crate::error::SessionError;
 use crate::manifest;
 use crate::output;
+use crate::scope::OutputScope;
 use crate::session::{Session, SessionTake};
 use crate::settings::Role;
 use crate::tables::MotionFiles;

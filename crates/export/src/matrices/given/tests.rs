@@ -14,7 +14,7 @@ fn variables(list: &[(&str, DMatrix<f64>)]) -> Variables {
 }
 
 fn import(list: &[(&str, DMatrix<f64>)], kind: DictionaryKind) -> Result<Given, String> {
-    import_primitives(&variables(list), "w.mat", LAYOUT, kind).map_err(|error| error.to_string())
+    import_primitives(&variables(list), LAYOUT, kind).map_err(|error| error.to_string())
 }
 
 /// Of any lengths, above zero.
@@ -116,6 +116,6 @@ fn what_does_not_fit_is_refused_with_what_to_do() {
     assert!(given.primitives[(4, 1)] < 0.0);
     let mut text = variables(&[]);
     text.insert("W".to_owned(), Variable::Other("text".to_owned()));
-    let error = import_primitives(&text, "w.mat", LAYOUT, DictionaryKind::Nmf);
+    let error = import_primitives(&text, LAYOUT, DictionaryKind::Nmf);
     assert!(error.unwrap_err().to_string().contains("found text"));
 }

@@ -2,11 +2,11 @@
 
 use std::fmt::Display;
 
-use inhand_export::matrices::{Variable, Variables};
 use inhand_model::{DictionaryKind, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::SessionError;
+use super::{Variable, Variables};
+use crate::error::ExportError;
 
 /// Names under which primitives are looked for, and whether they are the rows there.
 const PRIMITIVES: [(&str, bool); 4] = [
@@ -41,18 +41,16 @@ pub struct Given {
 ///
 /// # Errors
 ///
-/// [`SessionError::Data`] where the file has none or several, where sizes are not those of the
+/// [`ExportError::Content`] where the file has none or several, where sizes are not those of the
 /// layout, for numbers that are not finite, below zero where the kind allows none, or not metres, and
 /// for a primitive of nothing but zeros.
 pub fn import_primitives(
     variables: &Variables,
-    file: &str,
     layout: SegmentLayout,
     kind: DictionaryKind,
-) -> Result<Given, SessionError> {
+) -> Result<Given, ExportError> {
     let source = Source {
         variables,
-        file,
         layout,
         kind,
     };
@@ -80,7 +78,6 @@ pub fn import_primitives(
 /// Variables with what an error about them has to say.
 struct Source<'a> {
     variables: &'a Variables,
-    file: &'a str,
     layout: SegmentLayout,
     kind: DictionaryKind,
 }
@@ -92,13 +89,13 @@ impl Source<'_> {
         expected: impl Display,
         found: impl Display,
         hint: impl Display,
-    ) -> SessionError {
+    ) -> ExportError {
         let message = format!("{what}: expected {expected}, found {found}; {hint}");
-        SessionError::data(self.file, message)
+        ExportError::Content(message)
     }
 
     /// A matrix of finite numbers; `None` where there is no such variable.
-    fn matrix(&self, name: &str) -> Result<Option<&DMatrix<f64>>, SessionError> {
+    fn matrix(&self, name: &str) -> Result<Option<&DMatrix<f64>>, ExportError> {
         let matrix = match self.variables.get(name) {
             None => return Ok(None),
             Some(Variable::Other(what)) => {
@@ -118,7 +115,7 @@ impl Source<'_> {
         }
     }
 
-    fn not_negative(&self, name: &str, matrix: &DMatrix<f64>) -> Result<(), SessionError> {
+    fn not_negative(&self, name: &str, matrix: &DMatrix<f64>) -> Result<(), ExportError> {
         if self.kind != DictionaryKind::Nmf {
             return Ok(());
         }
@@ -134,7 +131,7 @@ impl Source<'_> {
     }
 
     /// The primitives as columns, and the name that they have.
-    fn primitives(&self) -> Result<(&'static str, DMatrix<f64>), SessionError> {
+    fn primitives(&self) -> Result<(&'static str, DMatrix<f64>), ExportError> {
         let mut there = (PRIMITIVES.iter()).filter(|(name, _)| self.variables.contains_key(*name));
         let Some(&(name, as_rows)) = there.next() else {
             return Err(self.no_primitives());
@@ -160,7 +157,7 @@ impl Source<'_> {
         Ok((name, columns))
     }
 
-    fn no_primitives(&self) -> SessionError {
+    fn no_primitives(&self) -> ExportError {
         let names: Vec<_> = self.variables.keys().take(20).map(String::as_str).collect();
         let hint = if self.variables.contains_key("H") {
             "H is ambiguous: scikit-learn's holds primitives as rows where segments are rows (save it \
@@ -185,7 +182,7 @@ impl Source<'_> {
         name: &str,
         matrix: &DMatrix<f64>,
         as_rows: bool,
-    ) -> Result<(), SessionError> {
+    ) -> Result<(), ExportError> {
         let rows = self.layout.rows();
         let (long, rank) = if as_rows {
             (matrix.ncols(), matrix.nrows())
@@ -224,7 +221,7 @@ impl Source<'_> {
         Some(self.variables.get(name)?.numbers()?.ncols())
     }
 
-    fn offset_m(&self) -> Result<Option<DVector<f64>>, SessionError> {
+    fn offset_m(&self) -> Result<Option<DVector<f64>>, ExportError> {
         for name in OFFSETS {
             let Some(offset) = self.matrix(name)? else {
                 continue;

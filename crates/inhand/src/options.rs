@@ -328,7 +328,7 @@ pub(crate) struct EvaluateOptions {
     /// Longest lift of a gait, seconds; after a longer one the finger has left the grasp [default: 1].
     #[arg(long, value_name = "S")]
     max_lift_s: Option<f64>,
-    /// Number of fingers in contact that make a grasp, for phases [default: 3].
+    /// Fingers in contact that make a grasp, for phases [default: 3].
     #[arg(long, value_name = "N")]
     grasp_fingers: Option<usize>,
     /// Draws of the bootstrap for intervals; 0 for no intervals [default: 2000].

@@ -315,14 +315,15 @@ impl NmfProblem {
         } else {
             0
         };
+        let no_longer_better = self.left_out.is_some() && self.is_no_longer_better(state, sums);
         let reason = if error <= target {
             Some(StopReason::TargetReached)
+        } else if no_longer_better {
+            Some(StopReason::NoLongerBetterOnLeftOutTakes)
         } else if previous.is_some_and(|p| p - objective < settings.relative_change * p)
             || error <= 0.5 * EXACT_FIT * EXACT_FIT * sums.squared_norm_m2
         {
             Some(StopReason::Converged)
-        } else if self.left_out.is_some() && self.is_no_longer_better(state, sums) {
-            Some(StopReason::NoLongerBetterOnLeftOutTakes)
         } else if state.round + last_rounds >= settings.max_iterations {
             Some(StopReason::IterationLimit)
         } else {

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use inhand_session::remove_unfinished;
+use inhand_session::{make_no_more, remove_unfinished};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use signal_hook::low_level::emulate_default_handler;
@@ -17,9 +17,6 @@ use crate::progress;
 
 /// Interval at which signals are looked for and the progress line is drawn.
 const TICK: Duration = Duration::from_millis(100);
-
-/// Most looks for unfinished files: threads may still write when the first one ends.
-const LOOKS: usize = 10;
 
 /// What an interruption would leave. Signals are those of the process.
 static STATE: Mutex<State> = Mutex::new(State {
@@ -112,22 +109,22 @@ fn interrupted(signal: i32) {
     let mut folders = state.folders.clone();
     // Outputs that are devices or FIFOs are made there first.
     folders.push((std::env::temp_dir(), false));
-    for _ in 0..LOOKS {
-        let found = folders.iter().map(|(folder, all)| clean(folder, *all));
-        if found.filter(|found| *found).count() == 0 {
-            break;
-        }
+    make_no_more();
+    for (folder, all) in &folders {
+        clean(folder, *all);
     }
     // A shell that runs a script ends it where a command ends by the signal, but not for an exit code.
     let _ = emulate_default_handler(signal);
     process::exit(128 + signal);
 }
 
-/// Removes unfinished files of this process; whether there were any.
-fn clean(folder: &Path, all: bool) -> bool {
-    let found = remove_unfinished(folder, true);
+/// Removes unfinished files of this process.
+fn clean(folder: &Path, all: bool) {
+    remove_unfinished(folder, true);
     let entries = all.then(|| folder.read_dir().ok()).flatten();
-    let folders = (entries.into_iter().flatten().flatten())
-        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
-    folders.fold(found, |found, entry| clean(&entry.path(), true) | found)
+    for entry in entries.into_iter().flatten().flatten() {
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            clean(&entry.path(), true);
+        }
+    }
 }

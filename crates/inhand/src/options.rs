@@ -260,7 +260,7 @@ pub(crate) struct LearnOptions {
     /// Stop when an iteration lowers the objective by less than this fraction [default: 1e-4].
     #[arg(long, value_name = "SHARE")]
     relative_change: Option<f64>,
-    /// Stop when an iteration lowers the error of left-out takes by less than this fraction; 0: never [default: 0.1].
+    /// Stop when an iteration lowers the error of left-out takes by less than this fraction; 0: never [default: 0.1, or 0 with --max-iterations, --stop-rms-mm or --update].
     #[arg(long, value_name = "SHARE")]
     left_out_change: Option<f64>,
     /// Stop at this reconstruction error, millimetres.
@@ -457,7 +457,7 @@ impl LearnOptions {
         replace(&mut learn.max_iterations, self.max_iterations);
         replace(&mut learn.sweeps, self.sweeps);
         replace(&mut learn.relative_change, self.relative_change);
-        replace(&mut learn.left_out_change, self.left_out_change);
+        replace_some(&mut learn.left_out_change, &self.left_out_change);
         replace_some(&mut learn.stop_rms_mm, &self.stop_rms_mm);
     }
 }

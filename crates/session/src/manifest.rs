@@ -157,6 +157,10 @@ pub(crate) fn unchanged(run_file: &Path, session: &str, key: &str) -> (BTreeSet<
         earlier.map_or_else(Vec::new, |earlier| earlier.outputs.into_iter().collect());
     let unchanged = inhand_parallel::map(&listed, |(name, hash)| {
         let path = file_in(folder_of(run_file), name)?;
+        // A device or FIFO in its place may never end.
+        if output::is_stream(&path) {
+            return None;
+        }
         hash_of(&path).is_ok_and(|now| now == *hash).then_some(path)
     });
     let unchanged: BTreeSet<_> = unchanged.into_iter().flatten().collect();
@@ -169,7 +173,7 @@ pub(crate) fn is_run_of(path: &Path, session: &str) -> bool {
     read(path).is_some_and(|earlier| earlier.manifest.session == session)
 }
 
-/// Marks the output folder as ours and what is in it as not belonging together (yet); removes what
+/// Marks the output folder as ours and what is in it as not belonging together (yet); removes and returns what
 /// an earlier run wrote, unchanged since, and this one will not write again.
 ///
 /// # Errors
@@ -180,8 +184,8 @@ pub(crate) fn claim(
     session: &str,
     outputs: &[&Path],
     command: &[String],
-) -> Result<(), SessionError> {
-    let folder = folder_of(run_file);
+) -> Result<Vec<PathBuf>, SessionError> {
+    let (folder, mut removed) = (folder_of(run_file), Vec::new());
     output::remove_unfinished(folder, false);
     output::remove_unfinished(&folder.join(crate::run::FIGURES), false);
     let earlier = read(run_file).map_or_else(BTreeMap::new, |earlier| earlier.manifest.outputs);
@@ -192,6 +196,7 @@ pub(crate) fn claim(
         let kept = outputs.iter().any(|path| name_in(folder, path) == name);
         if !kept && hash_of(&stale).is_ok_and(|now| now == hash) {
             std::fs::remove_file(&stale).map_err(SessionError::io("remove", &stale))?;
+            removed.push(stale);
         }
     }
     let unfinished = RunJson {
@@ -203,7 +208,8 @@ pub(crate) fn claim(
         },
         ..RunJson::default()
     };
-    write_run_json(run_file, &unfinished)
+    write_run_json(run_file, &unfinished)?;
+    Ok(removed)
 }
 
 /// Writes `run.json`.

@@ -3,6 +3,8 @@
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, PoisonError, RwLock};
+use std::time::SystemTime;
 
 use tempfile::{TempDir, TempPath};
 
@@ -11,15 +13,31 @@ use crate::error::SessionError;
 /// How the names of unfinished files begin.
 const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
 
+/// Held while an unfinished file or a scratch folder is made or gets its name.
+static MAKING: RwLock<()> = RwLock::new(());
+
+/// Lets no thread of this process make or finish files or scratch folders any more: whoever tries waits until the
+/// process ends. For the end of a process, before [`remove_unfinished`].
+pub fn make_no_more() {
+    std::mem::forget(MAKING.write().unwrap_or_else(PoisonError::into_inner));
+}
+
 /// How the names of unfinished files of this process begin.
-fn own_prefix() -> String {
-    format!("{TEMPORARY_PREFIX}{}-", std::process::id())
+///
+/// Processes on other machines, and in other containers, may have the same number.
+fn own_prefix() -> &'static str {
+    static PREFIX: LazyLock<String> = LazyLock::new(|| {
+        let begin = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let nanos = begin.map_or(0, |since| since.as_nanos());
+        format!("{TEMPORARY_PREFIX}{}-{nanos:x}-", std::process::id())
+    });
+    &PREFIX
 }
 
 /// Removes unfinished files from a folder: those of any process, or only those and the scratch folders of this one.
 /// Says whether there were some.
 pub fn remove_unfinished(folder: &Path, own: bool) -> bool {
-    let prefix = if own { &own_prefix() } else { TEMPORARY_PREFIX };
+    let prefix = if own { own_prefix() } else { TEMPORARY_PREFIX };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let unfinished = entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix));
     unfinished.fold(false, |_, entry| {
@@ -65,18 +83,21 @@ fn write_whole(
     let link = link.and_then(Result::ok);
     let path = link.as_deref().unwrap_or(path);
     let folder = folder_for_unfinished(path)?;
+    let making = MAKING.read();
     let temporary = tempfile::Builder::new()
-        .prefix(&own_prefix())
+        .prefix(own_prefix())
         .tempfile_in(folder)
         .map_err(SessionError::io("write", path))?;
+    drop(making);
     let (file, temporary) = temporary.into_parts();
     let mut out = BufWriter::with_capacity(1 << 20, file);
     write(&mut out)?;
     out.flush().map_err(SessionError::io("write", path))?;
-    match is_stream(path) {
-        true => copy_into(path, &temporary).map_err(SessionError::io("write", path)),
-        false => rename(out, temporary, path, durable),
+    if is_stream(path) {
+        return copy_into(path, &temporary).map_err(SessionError::io("write", path));
     }
+    let _naming = MAKING.read();
+    rename(out, temporary, path, durable)
 }
 
 /// Whether a path is a device, a FIFO or a socket.
@@ -143,8 +164,9 @@ fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
 /// [`SessionError::Io`].
 pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
     let folder = folder_for_unfinished(output)?;
+    let _making = MAKING.read();
     tempfile::Builder::new()
-        .prefix(&own_prefix())
+        .prefix(own_prefix())
         .tempdir_in(&folder)
         .map_err(SessionError::io("create a folder in", &folder))
 }

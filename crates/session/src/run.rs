@@ -66,6 +66,8 @@ pub enum Event<'a> {
     Found(&'a SessionFinding),
     /// Files among the takes that are no takes, relative to the session.
     Skipped(&'a [PathBuf]),
+    /// Results of an earlier run that this one does not write; they are gone.
+    Removed(&'a [PathBuf]),
 }
 
 /// What a run gave.
@@ -120,6 +122,10 @@ pub fn run(
     let (motions, smoothing, mut inspection) = run.process(&takes)?;
     let cut = run.cut(&takes, &motions)?;
     let (dictionary, dictionary_reused) = run.learn(&cut)?;
+    if !run.files.is_kept(&run.files.dictionary) {
+        // What is there may be of another dictionary.
+        run.files.kept.clear();
+    }
     let generated = run.generate(&cut, &dictionary, dictionary_reused)?;
     let mut judged = run.time_all("evaluate", |times| {
         let name = &run.session.name;
@@ -367,7 +373,13 @@ impl<'a> Run<'a> {
         // Everything that can be wrong with the takes would have shown by now. From here on results
         // are written one by one, and an interrupted run is known as ours to go on with.
         let outputs = files.reproducible();
-        manifest::claim(&files.run, session, &outputs, &self.options.command)?;
+        let removed = manifest::claim(&files.run, session, &outputs, &self.options.command)?;
+        let takes: Vec<_> = (removed.into_iter())
+            .filter(|path| path.extension().is_some_and(|ending| ending == "mcap"))
+            .collect();
+        if !takes.is_empty() {
+            (self.watch.borrow_mut())(Event::Removed(&takes));
+        }
         if !dictionary_reused {
             dictionary_file::write(&files.dictionary, dictionary, &[self.learned_by(cut)])?;
         }

@@ -291,7 +291,8 @@ section! {
         /// Stop when a sweep lowers the objective by less than this share of it.
         pub relative_change: f64 = NmfSettings::default().relative_change,
         /// Stop when an iteration lowers the error of left-out takes by less than this share of it.
-        pub left_out_change: f64 = 0.1,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub left_out_change: Option<f64> = None,
         /// Stop at this reconstruction error, millimetres.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub stop_rms_mm: Option<f64> = None,

@@ -124,8 +124,8 @@ impl LearningFolder {
         };
         if format != u64::from(FORMAT) || tool != TOOL {
             return Err(wrong(format!(
-                "the run was begun by {tool} (form {format}), this is {TOOL} (form {FORMAT}): go on with \
-                 the version that began it, or begin again"
+                "the run was begun by {tool} (form {format}), this is {TOOL} (form {FORMAT}): begin \
+                 again in another folder"
             )));
         }
         let plan: LearningPlan =
@@ -380,8 +380,8 @@ mod tests {
         .unwrap();
         let message = LearningFolder::open(folder.path()).unwrap_err().to_string();
         let expected = format!(
-            "{}: the run was begun by inhand 0.0.9 (form 1), this is {TOOL} (form {FORMAT}): go on with \
-             the version that began it, or begin again",
+            "{}: the run was begun by inhand 0.0.9 (form 1), this is {TOOL} (form {FORMAT}): begin again \
+             in another folder",
             path.display()
         );
         assert_eq!(message, expected);

@@ -11,7 +11,9 @@ use inhand_session::{Event, RunOptions, Settings, check_target, list_takes, writ
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::run::{ResultOptions, SessionOptions, fails, finding_line, share, skipped_line};
+use super::run::{
+    ResultOptions, SessionOptions, fails, finding_line, removed_line, share, skipped_line,
+};
 use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
 use crate::interrupt;
@@ -165,6 +167,7 @@ fn one(
         Event::Started(step) => started(step),
         Event::Found(finding) => found.push(finding_line(finding)),
         Event::Skipped(files) => found.push(skipped_line(files)),
+        Event::Removed(files) => found.push(removed_line(files)),
         _ => {}
     })?;
     let state = match (result.up_to_date, result.failed_plans) {

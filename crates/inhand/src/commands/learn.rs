@@ -336,8 +336,7 @@ fn write_learned(
             learning.stop_reason.name().replace('_', " "),
         );
         if learning.stop_reason == StopReason::IterationLimit {
-            text += "The limit is a setting (--max-iterations, 10 by default): learning is meant to stop there, before \
-                     it converges.\n";
+            text += "More iterations would lower the error (--max-iterations).\n";
         }
         if dictionary.rank() == learning.segments {
             text += "warning: as many primitives as segments, so each may describe one segment alone; give more \

@@ -217,6 +217,7 @@ pub(crate) fn run_shown(
         Event::Took(_) => {}
         Event::Found(finding) => console.say(&finding_line(finding)),
         Event::Skipped(files) => console.say(&skipped_line(files)),
+        Event::Removed(files) => console.say(&removed_line(files)),
     };
     if let Some(line) = split_line(&options.settings) {
         console.say(&line);
@@ -261,6 +262,18 @@ pub(crate) fn share(step: &str) -> f64 {
 /// A finding with its level, for a terminal.
 pub(crate) fn finding_line(finding: &SessionFinding) -> String {
     format!("{:<8} {finding}", finding.level.name())
+}
+
+/// Takes of an earlier run that are gone, for a terminal.
+pub(crate) fn removed_line(files: &[PathBuf]) -> String {
+    let names = files
+        .iter()
+        .map(|file| file.file_name().unwrap_or_default().to_string_lossy());
+    let names: Vec<_> = names.collect();
+    format!(
+        "removed, not written by this run (--takes all writes training takes): {}",
+        names.join(", ")
+    )
 }
 
 /// Files that are no takes, for a terminal.

@@ -110,7 +110,7 @@ pub(super) fn write_reports(
             true => Ok(()),
             false => tables::write_rows(path, session, of(protocol), options.scope.row_positions),
         };
-        let (tables, (json, figures)) = both(
+        let (tables, (json, page)) = both(
             || {
                 let (published, held_out) = both(
                     || write_rows(&files.rows, Protocol::Published),
@@ -124,15 +124,17 @@ pub(super) fn write_reports(
                     || inhand_report::evaluation_json(evaluation, report.provenance),
                     || {
                         let (html, figures) = inhand_report::html_and_figures(&report)?;
-                        output::write_text(&files.report, &html)?;
-                        write_figures(&files.figures, &figures)
+                        Ok::<_, SessionError>((html, write_figures(&files.figures, &figures)?))
                     },
                 )
             },
         );
         tables?;
+        // The page is the last: it is of the evaluation beside it.
+        let (html, figures) = page?;
         output::write_text(&files.evaluation, &json?)?;
-        figures
+        output::write_text(&files.report, &html)?;
+        Ok(figures)
     })
 }
 

@@ -365,7 +365,7 @@ impl LearnSection {
         }
         for (key, value) in [
             ("learn.relative_change", self.relative_change),
-            ("learn.left_out_change", self.left_out_change),
+            ("learn.left_out_change", self.left_out_change.unwrap_or(0.0)),
             ("learn.activation_l1", self.activation_l1),
             ("learn.activation_l2", self.activation_l2),
             ("learn.primitive_l1", self.primitive_l1),

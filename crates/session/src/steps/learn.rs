@@ -133,14 +133,26 @@ pub fn nmf_settings(segments: usize, settings: &Settings) -> NmfSettings {
     }
 }
 
+/// Share of the error of left-out takes that an iteration has to gain.
+const LEFT_OUT_CHANGE: f64 = 0.1;
+
 /// What does not depend on the segments.
 pub(crate) fn nmf_settings_of(section: &LearnSection) -> NmfSettings {
+    let usual = LearnSection::default();
+    // Who says when to stop wants no other reason, and multiplicative updates gain little an iteration all along.
+    let left_out_change = match section.max_iterations == usual.max_iterations
+        && section.stop_rms_mm.is_none()
+        && section.update == usual.update
+    {
+        true => LEFT_OUT_CHANGE,
+        false => 0.0,
+    };
     NmfSettings {
         seed: section.seed,
         max_iterations: section.max_iterations,
         sweeps: section.sweeps,
         relative_change: section.relative_change,
-        left_out_change: section.left_out_change,
+        left_out_change: section.left_out_change.unwrap_or(left_out_change),
         stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
         update: section.update,
         start: section.start,

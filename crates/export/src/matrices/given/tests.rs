@@ -66,7 +66,6 @@ fn offsets_are_columns_rows_or_one_number() {
 fn what_does_not_fit_is_refused_with_what_to_do() {
     let check = |list: &[(&str, DMatrix<f64>)], expected: &[&str]| {
         let error = import(list, DictionaryKind::Nmf).unwrap_err();
-        assert!(error.starts_with("w.mat: "), "{error}");
         for part in expected {
             assert!(error.contains(part), "{error}");
         }

@@ -260,7 +260,7 @@ pub(crate) struct LearnOptions {
     /// Stop when an iteration lowers the objective by less than this fraction [default: 1e-4].
     #[arg(long, value_name = "SHARE")]
     relative_change: Option<f64>,
-    /// Stop when an iteration lowers the error of left-out takes by less than this fraction; 0: never [default: 0.1, or 0 with --max-iterations, --stop-rms-mm or --update].
+    /// Stop when an iteration gains less than this share on left-out takes [default: 0.1; 0 where another end is set].
     #[arg(long, value_name = "SHARE")]
     left_out_change: Option<f64>,
     /// Stop at this reconstruction error, millimetres.

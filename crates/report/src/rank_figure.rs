@@ -69,12 +69,9 @@ pub fn rank_figure_svg(figure: &RankFigure) -> String {
         ranks().fold(f64::INFINITY, f64::min),
         ranks().fold(f64::NEG_INFINITY, f64::max),
     );
-    let x = if first < last {
-        Scale::linear(first, last).over(LEFT, WIDTH - RIGHT)
-    } else {
-        // A single rank is in the middle.
-        Scale::linear(first - 1.0, first + 1.0).over(LEFT, WIDTH - RIGHT)
-    };
+    // A single rank is in the middle.
+    let around = if first < last { 0.0 } else { 1.0 };
+    let x = Scale::linear(first - around, last + around).over(LEFT, WIDTH - RIGHT);
     let markup = html! {
         svg.page xmlns="http://www.w3.org/2000/svg" viewBox={ (Px(-EDGE)) " " (Px(-EDGE)) " " (Px(WIDTH + 2.0 * EDGE)) " " (Px(HEIGHT + 2.0 * EDGE)) } role="img" aria-labelledby="title desc" {
             title id="title" { "Errors against rank: " (figure.title) }

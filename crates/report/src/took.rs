@@ -99,13 +99,11 @@ fn grouped(
             most => format!(", {} to {} % tracked", percent(least), percent(most)),
         };
         let names: Vec<_> = members.iter().map(|(name, _)| *name).collect();
-        let of = if differ { ": " } else { "" };
-        let names = if differ {
-            listed(&names)
-        } else {
-            String::new()
+        let names = match differ {
+            true => format!(": {}", listed(&names)),
+            false => String::new(),
         };
-        format!("{words}{range}{of}{names}")
+        format!("{words}{range}{names}")
     };
     groups.into_iter().map(line).collect()
 }

@@ -8,7 +8,7 @@ use super::{Body, Method, default, known_of, method_table, named, recorded};
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, FigureData, PLAIN_CLASS};
-use crate::table::{Head, Table, evaluated, known};
+use crate::table::{Table, evaluated, known};
 use crate::words::{
     NONE, count, count_range, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
@@ -121,12 +121,9 @@ fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<Motion<'m
     let motions = reference
         .into_iter()
         .chain(methods.iter().map(|method| (method, false)));
-    let head = |(method, is_recorded): &Motion<'_, '_>| -> Head {
-        if *is_recorded {
-            recorded()
-        } else {
-            method.head()
-        }
+    let head = |(method, is_recorded): &Motion<'_, '_>| match is_recorded {
+        true => recorded(),
+        false => method.head(),
     };
     Table::new(caption, motions, "motion", head)
         .stressed(|(method, is_recorded)| method.default && !is_recorded)
@@ -137,10 +134,9 @@ fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     motion_table(caption, methods)
         .fingers("%", |(method, is_recorded), finger| {
             let reach = &method.evaluation.reachability;
-            let shares = if *is_recorded {
-                &reach.recorded_inside
-            } else {
-                &reach.inside
+            let shares = match is_recorded {
+                true => &reach.recorded_inside,
+                false => &reach.inside,
             };
             evaluated(reach.n, percent(shares[finger]))
         })
@@ -157,10 +153,9 @@ fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
 fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     // What is not known of the recorded motion is left blank.
     let planned = |(method, is_recorded): &Motion<'_, '_>, text: fn(&Collision) -> String| {
-        if *is_recorded {
-            String::new()
-        } else {
-            text(&method.evaluation.collision)
+        match is_recorded {
+            true => String::new(),
+            false => text(&method.evaluation.collision),
         }
     };
     motion_table("Collisions of fingertips", methods)

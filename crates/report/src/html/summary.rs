@@ -68,11 +68,8 @@ fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
 fn distinct<'a>(values: impl Iterator<Item = Option<&'a str>>) -> String {
     const NAMED: usize = 3;
     let values: std::collections::BTreeSet<Option<&str>> = values.collect();
-    let stated: Vec<String> = values
-        .iter()
-        .flatten()
-        .map(|&value| value.to_owned())
-        .collect();
+    let stated = values.iter().flatten().map(|&value| value.to_owned());
+    let stated: Vec<String> = stated.collect();
     let missing = match values.contains(&None) {
         true => ", some not stated",
         false => "",
@@ -155,9 +152,8 @@ fn methods(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body 
             });
         Body::default().prose(table)
     });
-    let table = method_table("Error over all sessions, published", contenders, |method| {
-        method
-    });
+    let caption = "Error over all sessions, published";
+    let table = method_table(caption, contenders, |method| method);
     let table = spread_columns(table, |method| method.evaluation.error.all)
         .percents("three contacts", "%", |m| {
             three_contacts(m.evaluation.contacts)[0]

@@ -1,4 +1,4 @@
-//! Lines over a quantity: error over time, contact share over threshold, objective over sweeps.
+//! Lines over a quantity: error over time, contact share over threshold, objective over iterations.
 
 use maud::{Markup, html};
 
@@ -48,14 +48,14 @@ pub(crate) fn heights(series: &[Series]) -> impl Iterator<Item = f64> {
     points.map(|point| point.1).filter(|y| y.is_finite())
 }
 
-/// A vertical axis on which the highest point of each line is legible.
+/// A vertical axis on which half the highest point of each line is legible: most of a line is below its maximum.
 pub(crate) fn comparing(series: &[Series]) -> Scale {
     let extents = series.iter().map(|line| {
         let own = std::slice::from_ref(line);
         let high = heights(own).fold(0.0, f64::max);
         Extent {
             low: heights(own).fold(f64::INFINITY, f64::min),
-            typical: high,
+            typical: 0.5 * high,
             high,
         }
     });

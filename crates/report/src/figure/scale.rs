@@ -369,7 +369,7 @@ mod tests {
     fn logarithmic_axes_are_named_so() {
         let (log, linear) = (Scale::log(1.0, 10.0), Scale::linear(0.0, 1.0));
         assert_eq!(log.name("error (mm)"), "error (mm, logarithmic)");
-        assert_eq!(log.name("sweep"), "sweep (logarithmic)");
+        assert_eq!(log.name("iteration"), "iteration (logarithmic)");
         assert_eq!(log.name(""), "");
         assert_eq!(linear.name("error (mm)"), "error (mm)");
     }

@@ -6,7 +6,7 @@ pub(crate) const SHAPES: &str = include_str!("figure.css");
 /// Colours by their names: on screens in light and in dark, and on paper. Fingers have the colours of Okabe and Ito,
 /// which people with any colour vision distinguish, the same in every scheme: a reader who knows the thumb's colour knows
 /// it everywhere.
-const COLOURS: [(&str, [&str; 3]); 25] = [
+const COLOURS: [(&str, [&str; 3]); 24] = [
     ("bg", ["#ffffff", "#13171b", "#ffffff"]),
     ("panel", ["#f5f7f9", "#1b2127", "#ffffff"]),
     ("ink", ["#1a1f25", "#e5e9ed", "#000000"]),
@@ -17,7 +17,6 @@ const COLOURS: [(&str, [&str; 3]); 25] = [
     ("warn", ["#9a5b00", "#f0b95a", "#7a4800"]),
     ("warn-bg", ["#fdf3e1", "#2b2415", "#ffffff"]),
     ("good", ["#1d6f42", "#67c08d", "#1d6f42"]),
-    ("bad", ["#9b2226", "#f08080", "#9b2226"]),
     ("thumb", ["#e69f00", "#e69f00", "#e69f00"]),
     ("index", ["#56b4e9", "#56b4e9", "#56b4e9"]),
     ("middle", ["#009e73", "#009e73", "#009e73"]),

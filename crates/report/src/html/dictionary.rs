@@ -79,27 +79,23 @@ pub(super) fn end(facts: &DictionaryFacts) -> String {
 /// `None` where learning does not iterate.
 fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
     let history = facts.objective_history_m2.iter().enumerate();
-    let points = history.map(|(sweep, objective)| (sweep as f64, objective * MM2_PER_M2));
+    let points = history.map(|(iteration, objective)| (iteration as f64, objective * MM2_PER_M2));
     let series = [Series::new("objective", PLAIN_CLASS, points)];
-    let last = series[0]
-        .points
-        .len()
-        .checked_sub(1)
-        .filter(|last| *last > 0)?;
+    let last = series[0].points.len().checked_sub(2)? + 1;
     let positive = || line_chart::heights(&series).filter(|v| *v > 0.0);
     let low = positive().fold(f64::INFINITY, f64::min);
     let high = positive().fold(0.0, f64::max);
     Some(Figure {
         id: "dictionary-objective",
-        title: "Objective after each sweep.".to_owned(),
+        title: "Objective after each iteration.".to_owned(),
         caption: format!(
-            "Half the squared Frobenius norm of the reconstruction error of {} training segments; sweep 0 is the start.",
+            "Half the squared Frobenius norm of the reconstruction error of {} training segments; iteration 0 is the start.",
             count(facts.segments)
         ),
-        data: line_chart::data("sweep", "objective_mm2", &series),
+        data: line_chart::data("iteration", "objective_mm2", &series),
         legend: Vec::new(),
         panels: vec![line_chart::draw(&LineChart {
-            x: ("sweep", Scale::linear(0.0, last as f64)),
+            x: ("iteration", Scale::linear(0.0, last as f64)),
             y: ("objective (mm²)", Scale::log(low, high)),
             series: &series,
             ..LineChart::default()

@@ -18,7 +18,7 @@ use crate::table::{self, Head, SPREAD, Table, UPPER, evaluated};
 use crate::verdict::{
     comparison_sentence, default_method, definition, headline, protocols, without_held_out,
 };
-use crate::words::{NONE, count, count_range, counted, decimals, millimetres, tied, to_mm};
+use crate::words::{NONE, count_range, counted, decimals, millimetres, plain, tied, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
@@ -185,12 +185,16 @@ pub(super) fn overview_panels<T>(
 /// All fingers together by method, and the default method by finger.
 fn overview(methods: &[Method<'_>], protocol: Protocol) -> Figure {
     let pooled = || methods.iter().map(|m| (m.name, &m.evaluation.error.all));
-    let (panels, caption) = overview_panels(methods, |method| &method.error, &sizes(pooled()));
+    let n: Vec<usize> = pooled().map(|(_, error)| error.n).collect();
+    let mut sizes = format!("n = {} for each method", count_range(&n));
     let mut boxes: Vec<_> = pooled().map(|(name, error)| ("all", name, error)).collect();
     if let Some(method) = default(methods) {
         let fingers = &method.evaluation.error.by_finger;
+        let n = fingers.as_array().each_ref().map(|own| own.n);
+        sizes += &format!(", {} for each finger of {}", count_range(&n), method.name);
         boxes.extend(finger_boxes(method.name, fingers));
     }
+    let (panels, caption) = overview_panels(methods, |method| &method.error, &(sizes + ". "));
     Figure {
         id: "error-by-method",
         title: format!(
@@ -202,22 +206,6 @@ fn overview(methods: &[Method<'_>], protocol: Protocol) -> Figure {
         legend: Vec::new(),
         panels,
     }
-}
-
-/// Number of values of each box: once where all are the same, else each.
-fn sizes<'a>(distributions: impl Iterator<Item = (&'a str, &'a Statistics)> + Clone) -> String {
-    let mut sizes = distributions.clone().map(|(_, s)| s.n);
-    let Some(first) = sizes.next() else {
-        return String::new();
-    };
-    if sizes.all(|n| n == first) {
-        return format!("n = {} for each method over all fingers. ", count(first));
-    }
-    let words = distributions.map(|(name, s)| format!("{name} {}", count(s.n)));
-    format!(
-        "n over all fingers: {}. ",
-        words.collect::<Vec<_>>().join(", ")
-    )
 }
 
 fn by_finger(methods: &[Method<'_>]) -> Figure {
@@ -296,7 +284,7 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
     let largest = ends.map(|point| point.0).fold(LEAST_MM, f64::max);
     Some(Figure {
         id: "error-ecdf",
-        title: "Share of errors up to a size.".to_owned(),
+        title: "Share of errors up to a size, published.".to_owned(),
         caption: format!(
             "Empirical distribution of the errors of all fingers at all instants, n = {}; \
              {POINTS} points of each curve are drawn, all exact. Of two curves the one farther left has the smaller errors. Errors \
@@ -347,11 +335,12 @@ fn over_time(evaluation: &Evaluation, protocol: Protocol) -> Body {
     }
     let last_s = evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz;
     let positions = methods.iter().map(|own| own.evaluation.error_at_start.n);
-    let most = positions.max().unwrap_or(0);
+    let positions: Vec<usize> = positions.collect();
     let y = line_chart::comparing(&series);
-    let zero = match y.is_log() {
-        true => " Errors of zero are below the logarithmic axis.",
-        false => "",
+    let [low, _] = y.ends();
+    let below = match line_chart::heights(&series).any(|error| error < low) {
+        true => format!(" Errors below {} mm are not drawn.", plain(low)),
+        false => String::new(),
     };
     let figure = Figure {
         id: "error-within-segment",
@@ -360,9 +349,9 @@ fn over_time(evaluation: &Evaluation, protocol: Protocol) -> Body {
             protocol.title()
         ),
         caption: format!(
-            "Median of the error of all fingers at each sample over the test segments, n = {} at most. Methods that are given both ends are \
-             right there and farthest off between them.{zero}",
-            count(most)
+            "Median of the error of all fingers at each sample over the test segments, n = {} fingertip positions at \
+             each sample.{below}",
+            count_range(&positions)
         ),
         data: line_chart::data("time_s", "median_error_mm", &series),
         legend: line_chart::keys(&series),

@@ -269,7 +269,7 @@ fn facts_of_the_dictionary_and_the_steps_are_shown() {
         "stopped at its limit of 40 iterations, before it converged",
         "0.143 mm root mean square",
         "relative error 0.3 %",
-        "Objective after each sweep",
+        "Objective after each iteration",
         "inhand 0.1.0, 6 inputs",
         "\"window\": 50",
         "a finger",

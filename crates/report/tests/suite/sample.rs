@@ -386,7 +386,7 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             iterations: 40,
             stop_reason: StopReason::IterationLimit,
             objective_history_m2: (0..=40)
-                .map(|sweep| 0.009_05 + 45.0 * (-0.9 * f64::from(sweep).sqrt() * 1.9).exp())
+                .map(|iteration| 0.009_05 + 45.0 * (-0.9 * f64::from(iteration).sqrt() * 1.9).exp())
                 .collect(),
             velocity_bounds: VelocityBounds {
                 min_m_s: std::array::from_fn(|row| -0.21 - 0.01 * row as f64),

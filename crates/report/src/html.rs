@@ -290,16 +290,24 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "Error over time",
             errors::time_section(report, methods),
         ),
-        section("contacts", "Contacts", contacts::section(report, methods)),
-        section("movement", "Movement", movement::section(report, methods)),
+        section(
+            "contacts",
+            "Contacts (published)",
+            contacts::section(report, methods),
+        ),
+        section(
+            "movement",
+            "Movement (published)",
+            movement::section(report, methods),
+        ),
         section(
             "constraints",
-            "Constraints",
+            "Constraints (published)",
             constraints::section(report, methods),
         ),
         section(
             "corridors",
-            "Prediction regions",
+            "Prediction regions (published)",
             corridors::section(methods),
         ),
         section("dictionary", "Dictionary", dictionary::section(report)),

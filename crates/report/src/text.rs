@@ -254,10 +254,11 @@ pub fn text_summary(evaluation: &Evaluation) -> String {
         let sentence = comparison_sentence(method, evaluation, protocol);
         heading(evaluation, protocol, &sentence)
     });
+    let published = default_method(evaluation, Protocol::Published);
     let sentences = (legend(evaluation).into_iter())
         .chain(compared)
-        .chain(contact_sentence(evaluation))
-        .chain(region_sentence(evaluation))
+        .chain(published.and_then(contact_sentence))
+        .chain(published.and_then(region_sentence))
         .chain(choice_sentence(evaluation));
     let text = sentences.fold(table(evaluation), |text, sentence| text + &sentence + "\n");
     // Narrow spaces are not in every terminal font.

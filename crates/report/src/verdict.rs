@@ -2,8 +2,8 @@
 //! open the HTML and close the terminal table, so that neither can flatter.
 
 use inhand_model::{
-    CorridorCoverage, Evaluation, Finger, Inspection, Level, Measure, MethodCandidate,
-    MethodChoice, MethodEvaluation, Protocol, SessionFinding, Statistics,
+    Evaluation, Finger, Inspection, Level, Measure, MethodCandidate, MethodChoice,
+    MethodEvaluation, Protocol, SessionFinding, Statistics,
 };
 
 use crate::table::statistic;
@@ -235,24 +235,25 @@ pub(crate) fn verdict(evaluation: &Evaluation) -> String {
         true => count(all),
         false => part_of(evaluated, all),
     };
-    let over = format!(
-        "over {} fingertip positions in {segments} test segments",
-        count(error.n)
-    );
-    let subject = match protocol {
-        Protocol::HeldOut => format!("Held out, {name} ({})", method.description),
-        Protocol::Published => format!("{name} ({})", method.description),
+    let start = match protocol {
+        Protocol::HeldOut => "Held out, over",
+        Protocol::Published => "Over",
     };
+    let subject = format!(
+        "{start} {} fingertip positions in {segments} test segments, {name} ({})",
+        count(error.n),
+        method.description
+    );
     let comparisons = comparisons(method, evaluation, protocol);
     if comparisons.is_empty() {
         return format!(
-            "{subject} has a median fingertip error of {} mm and a 95 % quantile of {} mm {over}. {}",
+            "{subject} has a median fingertip error of {} mm and a 95 % quantile of {} mm. {}",
             millimetres(error.p50),
             millimetres(error.p95),
             comparison_sentence(method, evaluation, protocol)
         );
     }
-    format!("{subject} {}, {over}.", outcomes(&comparisons))
+    format!("{subject} {}.", outcomes(&comparisons))
 }
 
 /// `method` compared with the best baselines, in a sentence or two.
@@ -304,8 +305,7 @@ fn outcomes(comparisons: &[Comparison<'_>]) -> String {
 }
 
 /// Share of instants with three or more contacts, in a sentence; `None` without an object.
-pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation, Protocol::Published)?;
+pub(crate) fn contact_sentence(method: &MethodEvaluation) -> Option<String> {
     let contact = method.contact.as_ref()?;
     if contact.n == 0 {
         return Some(format!(
@@ -323,20 +323,14 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     ))
 }
 
-/// The widest prediction regions of the default method that were evaluated, and its name.
-pub(crate) fn widest_regions(evaluation: &Evaluation) -> Option<(&str, &CorridorCoverage)> {
-    let method = default_method(evaluation, Protocol::Published)?;
+/// Coverage of the widest prediction regions of a method that were evaluated, in a sentence.
+pub(crate) fn region_sentence(method: &MethodEvaluation) -> Option<String> {
     let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
     let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
-    Some((&method.name, widest))
-}
-
-/// Coverage of the widest prediction regions of the default method, in a sentence.
-pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
-    let (name, widest) = widest_regions(evaluation)?;
     Some(format!(
-        "{} % prediction regions of {name} contain {} % of {} recorded fingertip positions.",
+        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions.",
         stated_percent(widest.share_stated),
+        method.name,
         percent(widest.share_inside.all),
         count(widest.n),
     ))

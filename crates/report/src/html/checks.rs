@@ -6,10 +6,12 @@ use super::{dictionary, paper};
 use crate::Report;
 use crate::table::statistic;
 use crate::verdict::{
-    contact_sentence, default_method, filter_sentence, inspection_sentence, missing_samples,
-    region_sentence, widest_regions, without_held_out,
+    contact_sentence, default_method, filter_sentence, headline, inspection_sentence,
+    missing_samples, region_sentence, without_held_out,
 };
-use crate::words::{count, counted, decimals, millimetres, part_of, percent, plain, to_mm};
+use crate::words::{
+    count, counted, decimals, millimetres, part_of, percent, plain, stated_percent, to_mm,
+};
 
 /// Something that was looked at, with its numbers in a line.
 pub(crate) struct Check {
@@ -21,7 +23,10 @@ pub(crate) struct Check {
 
 impl Check {
     pub(super) fn new(label: &'static str, worrying: bool, words: impl Into<String>) -> Self {
-        let words = words.into().trim_end_matches('.').to_owned();
+        let mut words = words.into().trim_end_matches('.').to_owned();
+        if let Some(first) = words.get_mut(..1) {
+            first.make_ascii_lowercase();
+        }
         Self {
             label,
             words,
@@ -32,6 +37,8 @@ impl Check {
 
 /// Differences of shares from recorded or stated ones that are a worry beyond, 0 to 1.
 const SHARE: f64 = 0.01;
+/// Difference of the coverage of prediction regions from what they state that is a worry beyond, 0 to 1.
+const COVERAGE: f64 = 0.02;
 /// Ratio of planned and recorded speed, and of errors to the unfiltered and filtered recording, that is a worry beyond.
 const RATIO: f64 = 1.2;
 /// Share of samples missing that is a worry beyond, 0 to 1.
@@ -39,21 +46,23 @@ const MISSING: f64 = 0.05;
 /// Share of segments left out that is a worry beyond, 0 to 1.
 const LEFT_OUT: f64 = 0.1;
 
-/// Everything that was looked at; what was not planned or recorded is not there.
+/// Everything that was looked at, under the first protocol where a line does not name another; what was not planned or
+/// recorded is not there.
 pub(crate) fn checks(report: &Report<'_>) -> Vec<Check> {
     let evaluation = report.evaluation;
-    let method = default_method(evaluation, Protocol::Published);
+    let protocol = headline(evaluation);
+    let method = default_method(evaluation, protocol);
     let checks = [
-        method.and_then(collisions),
+        method.and_then(|method| collisions(method, protocol)),
         peak_speed(evaluation),
         Some(learning(evaluation)),
         unfiltered(evaluation),
-        paper::check(report).map(|(off, words)| Check::new("Published values", off, words)),
-        regions(evaluation),
+        paper::check(report, SHARE).map(|(off, words)| Check::new("Published values", off, words)),
+        method.and_then(regions),
         method.and_then(plans),
         method.and_then(velocity),
         method.and_then(reach),
-        method.and_then(|method| contacts(evaluation, method)),
+        method.and_then(contacts),
         gaps(evaluation),
         reader(evaluation),
         inspection(evaluation),
@@ -61,10 +70,14 @@ pub(crate) fn checks(report: &Report<'_>) -> Vec<Check> {
     checks.into_iter().flatten().collect()
 }
 
-fn collisions(method: &MethodEvaluation) -> Option<Check> {
+fn collisions(method: &MethodEvaluation, protocol: Protocol) -> Option<Check> {
     let own = &method.collision;
+    let recorded = match protocol {
+        Protocol::HeldOut => "recording",
+        Protocol::Published => "filtered recording",
+    };
     let words = format!(
-        "fingertips of {} nearer than {} mm at {} instants (recorded: {}), {} mm at the nearest (recorded: {} mm)",
+        "fingertips of {} nearer than {} mm at {} instants ({recorded}: {}), {} mm at the nearest ({recorded}: {} mm)",
         method.name,
         plain(to_mm(own.limit_m)),
         part_of(own.instants, own.n),
@@ -72,7 +85,8 @@ fn collisions(method: &MethodEvaluation) -> Option<Check> {
         millimetres(own.nearest_m),
         millimetres(own.recorded_nearest_m),
     );
-    let worrying = own.instants > own.recorded_instants;
+    let more = own.instants as f64 - own.recorded_instants as f64;
+    let worrying = more > SHARE * own.n as f64;
     (own.n > 0).then(|| Check::new("Collisions", worrying, words))
 }
 
@@ -88,12 +102,14 @@ fn peak_speed(evaluation: &Evaluation) -> Option<Check> {
         let both = [planned, &movement.recorded].map(|own| peak_mm_s(own, finger));
         (finger, both, (both[0] / both[1]).ln().abs())
     });
-    let known = speeds.into_iter().filter(|(.., far)| far.is_finite());
+    // A plan that never moves is infinitely far off.
+    let known = speeds.into_iter().filter(|(.., far)| !far.is_nan());
     let (finger, both, far) = known.max_by(|a, b| a.2.total_cmp(&b.2))?;
     let [own, recorded] = both.map(|speed| decimals(speed, 1));
     let segments = counted(planned.by_finger[finger].peak_speed_m_s.n, "segment");
     let words = format!(
-        "{finger} {own} mm/s with {name}, {recorded} mm/s recorded: medians over {segments}, of the finger that differs most"
+        "{finger} {own} mm/s with {name}, {recorded} mm/s in the filtered recording: medians over {segments}, \
+         of the finger that differs most, published protocol"
     );
     Some(Check::new("Peak speed", far > RATIO.ln(), words))
 }
@@ -126,13 +142,29 @@ fn unfiltered(evaluation: &Evaluation) -> Option<Check> {
         millimetres(filtered),
         filter_sentence(evaluation).unwrap_or_default(),
     );
-    Some(Check::new(label, own > RATIO * filtered, words.trim_end()))
+    // What is not a number is not fine.
+    let fine = own <= RATIO * filtered;
+    Some(Check::new(label, !fine, words.trim_end()))
 }
 
-fn regions(evaluation: &Evaluation) -> Option<Check> {
-    let (_, widest) = widest_regions(evaluation)?;
-    let off = (widest.share_inside.all - widest.share_stated).abs() > SHARE;
-    Some(Check::new("Coverage", off, region_sentence(evaluation)?))
+/// Regions of all stated shares, with the finger whose coverage is farthest from what one states.
+fn regions(method: &MethodEvaluation) -> Option<Check> {
+    let sentence = region_sentence(method)?;
+    let known = || method.corridors.iter().filter(|own| own.n > 0);
+    let far = |share: f64, stated: f64| (share - stated).abs();
+    let fine = known().all(|own| far(own.share_inside.all, own.share_stated) <= COVERAGE);
+    let fingers = known().flat_map(|own| {
+        let fingers = own.share_inside.by_finger.iter();
+        fingers.map(|(finger, &share)| (finger, share, own.share_stated))
+    });
+    let (finger, share, stated) = fingers.max_by(|a, b| far(a.1, a.2).total_cmp(&far(b.1, b.2)))?;
+    let words = format!(
+        "{}; farthest off is {finger}, with {} % in those of {} %",
+        sentence.trim_end_matches('.'),
+        percent(share),
+        stated_percent(stated)
+    );
+    Some(Check::new("Coverage", !fine, words))
 }
 
 fn plans(method: &MethodEvaluation) -> Option<Check> {
@@ -161,14 +193,15 @@ fn reach(method: &MethodEvaluation) -> Option<Check> {
         percent(inside),
         percent(recorded)
     );
-    (own.n > 0).then(|| Check::new("Reach", recorded - inside > SHARE, words))
+    let fine = recorded - inside <= SHARE;
+    (own.n > 0).then(|| Check::new("Reach", !fine, words))
 }
 
-fn contacts(evaluation: &Evaluation, method: &MethodEvaluation) -> Option<Check> {
+fn contacts(method: &MethodEvaluation) -> Option<Check> {
     let own = method.contact.as_ref()?;
-    let off = (own.three_or_more - own.recorded_three_or_more).abs() > SHARE;
-    let words = contact_sentence(evaluation)?;
-    Some(Check::new("Contacts", own.n == 0 || off, words))
+    let fine = (own.three_or_more - own.recorded_three_or_more).abs() <= SHARE;
+    let words = contact_sentence(method)?;
+    Some(Check::new("Contacts", own.n == 0 || !fine, words))
 }
 
 fn gaps(evaluation: &Evaluation) -> Option<Check> {
@@ -206,12 +239,10 @@ fn reader(evaluation: &Evaluation) -> Option<Check> {
 /// How many checks found nothing; what others found has lines of its own.
 fn inspection(evaluation: &Evaluation) -> Option<Check> {
     let label = "Inspection";
-    Some(match &evaluation.inspection {
-        Some(inspection) => Check::new(label, false, inspection_sentence(inspection)?),
-        None => Check::new(
-            label,
-            true,
-            "Content of takes and settings was not inspected",
-        ),
-    })
+    let Some(inspection) = &evaluation.inspection else {
+        let words = "content of takes and settings was not inspected";
+        return Some(Check::new(label, true, words));
+    };
+    let words = inspection_sentence(inspection)?;
+    Some(Check::new(label, false, words))
 }

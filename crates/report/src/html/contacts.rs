@@ -24,7 +24,6 @@ type Contacts<'m, 'a> = (&'m Method<'a>, &'a ContactShare);
 
 /// The section's content: a sentence, and figure and table where shares are not all of the time.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let evaluation = report.evaluation;
     let contacts = known_of(methods, |own| own.contact.as_ref());
     let differences = known_of(methods, |own| own.distance_difference.as_ref());
     let mut body = Body::default();
@@ -36,7 +35,8 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
             }
         });
     }
-    if let Some(sentence) = contact_sentence(evaluation) {
+    let method = default(methods);
+    if let Some(sentence) = method.and_then(|own| contact_sentence(own.evaluation)) {
         body = body.prose(html! { p { (tied(&sentence)) } });
     }
     if let Some((_, first)) = contacts.first() {
@@ -117,15 +117,10 @@ fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<Share<'a>> {
     let mut rows = Vec::new();
     // The recorded motion is the same for every method unless some plans are missing.
     for (place, (method, contact)) in contacts.iter().enumerate() {
-        let same = |others: &[Contacts<'_, '_>]| -> usize {
-            let others = others.iter();
-            others
-                .filter(|(_, other)| same_recorded(other, contact))
-                .count()
-        };
-        if same(&contacts[..place]) == 0 {
+        let same = |(_, other): &Contacts<'_, '_>| same_recorded(other, contact);
+        if !contacts[..place].iter().any(same) {
             rows.push(Share {
-                head: match same(contacts) == contacts.len() {
+                head: match contacts.iter().all(same) {
                     true => recorded(),
                     false => Head::coloured(
                         RECORDED_CLASS,

@@ -80,7 +80,7 @@ fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
     };
     Some(Figure {
         id,
-        title: format!("{which}, recorded and planned."),
+        title: format!("{which}, recorded and planned, published protocol."),
         caption: format!(
             "Paths of the fingertips in the hand's frame, seen along its three axes: segment {} of the \
              test takes, {} from {} s on. Of all segments its mean error over fingers and instants is the {place}. Above all \
@@ -143,6 +143,7 @@ pub(super) fn worst(cases: &[WorstCase], rate_hz: f64) -> Body {
     let Some(first) = cases.first() else {
         return html! { p { "No segment was planned, so there is no worst error." } }.into();
     };
+    let (n, method) = (cases.len(), &first.method);
     let highest = cases
         .iter()
         .map(|case| to_mm(case.error_m))
@@ -158,7 +159,7 @@ pub(super) fn worst(cases: &[WorstCase], rate_hz: f64) -> Body {
         (cases.iter().enumerate()).map(|(place, case)| panel(place + 1, case, rate_hz, end_mm));
     let figure = Figure {
         id: "worst-errors",
-        title: format!("The {} segments with the largest errors of {}.", cases.len(), first.method),
+        title: format!("The {n} segments with the largest errors of {method}, published protocol."),
         caption: "Error of the finger that is farthest off over the segment, one a segment, largest first; the dot is \
             the worst instant. All axes end at the same height."
             .to_owned(),
@@ -227,7 +228,7 @@ fn worst_data(cases: &[WorstCase], rate_hz: f64) -> FigureData {
 
 fn where_to_look(cases: &[WorstCase]) -> Markup {
     let rows = cases.iter().enumerate();
-    let caption = "Where the worst errors are";
+    let caption = "Where the worst errors are, published protocol";
     let table = Table::new(caption, rows, "place", |(place, _)| (place + 1).to_string())
         .lengths("error", |(_, case)| case.error_m)
         .words("finger", |(_, case)| case.finger.name().to_owned())

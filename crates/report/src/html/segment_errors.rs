@@ -35,7 +35,8 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Fi
     if !is_rate(rows.layout.rate_hz) {
         return None;
     }
-    let method = (rows.methods.iter()).find(|own| own.name == default.name)?;
+    let name = default.name;
+    let method = (rows.methods.iter()).find(|own| own.name == name)?;
     let ranked = ranked(rows, method);
     let ((median, median_mean), (worst, worst_mean)) =
         (*ranked.get((ranked.len().max(1) - 1) / 2)?, *ranked.last()?);
@@ -63,7 +64,7 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Fi
     });
     Some(Figure {
         id: "error-over-time",
-        title: format!("Error of each finger against time, {}.", default.name),
+        title: format!("Error of each finger against time, {name}, published protocol."),
         caption: format!(
             "Distance between planned and recorded fingertips at each sample of the test segments with the median and the largest mean \
              error, n = {} segments. The error axes differ.{contacts}",

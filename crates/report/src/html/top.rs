@@ -41,6 +41,9 @@ pub(super) fn body(report: &Report<'_>) -> Body {
         div.table { (table) }
         div.worries {
             h2 { @if none { "Nothing worrying was found" } @else { "Worrying" } }
+            @if headline(evaluation) == Protocol::HeldOut {
+                p.note { "Held out, where a line does not say otherwise." }
+            }
             (finding_list(findings.into_iter().take(FINDINGS)))
             @if more > 0 { p.note { (more) " more findings are in " a href="#quality" { "Data quality" } "." } }
             @if !worries.is_empty() {
@@ -50,7 +53,7 @@ pub(super) fn body(report: &Report<'_>) -> Body {
                 "Looked at without a worry: "
                 @for (place, check) in fine.iter().enumerate() {
                     @if place > 0 { "; " }
-                    b { (check.label) } ", " (tied(&check.words))
+                    b { (check.label) } ": " (tied(&check.words))
                 }
                 "."
             }
@@ -76,12 +79,23 @@ fn recorded(evaluation: &Evaluation) -> String {
         "{} and {}, {}; {} Hz, segments of {} s; {} primitives ({}).",
         takes("training", &session.train),
         takes("test", &session.test),
-        session.object.as_deref().unwrap_or("no shape of an object"),
+        (session.object.as_deref().and_then(shape_words))
+            .unwrap_or_else(|| "object shape not given".to_owned()),
         plain(session.rate_hz),
         plain(seconds),
         evaluation.dictionary.rank,
         evaluation.dictionary.kind.name().to_uppercase(),
     )
+}
+
+/// A shape such as `cube:0.05` with its lengths in millimetres.
+fn shape_words(shape: &str) -> Option<String> {
+    let (name, lengths_m) = shape.split_once(':')?;
+    let lengths = lengths_m
+        .split('x')
+        .map(|length_m| Some(plain(to_mm(length_m.parse().ok()?))));
+    let lengths: Vec<String> = lengths.collect::<Option<_>>()?;
+    Some(format!("{name}, {} mm", lengths.join(" × ")))
 }
 
 /// Class of the verdict, by whether the default method is behind.
@@ -135,13 +149,10 @@ impl ErrorRow<'_> {
     /// Value of a measure and the ends of its interval, NaN where they are not known, millimetres.
     fn measure(&self, measure: Measure) -> [f64; 3] {
         let error = &self.method.evaluation.error.all;
-        let value_m = statistic(
-            error,
-            match measure {
-                Measure::P95 => |s| s.p95,
-                _ => |s| s.p50,
-            },
-        );
+        let value_m = match measure {
+            Measure::P95 => statistic(error, |s| s.p95),
+            _ => statistic(error, |s| s.p50),
+        };
         let estimates = self.intervals;
         let found = estimates.and_then(|all| intervals::estimate(all, measure).interval);
         let [low_m, high_m] = found.unwrap_or([f64::NAN; 2]);
@@ -161,9 +172,9 @@ impl ErrorRow<'_> {
             let mark = value.is_finite().then(|| Mark::at(shape, value));
             bar.into_iter().chain(mark)
         });
-        let words = shapes.map(|(measure, _)| {
-            let [value, low, high] = self.measure(measure).map(|mm| decimals(mm, 2));
-            format!("{value} ({low} to {high})")
+        let words = shapes.map(|(measure, _)| match self.intervals {
+            Some(all) => intervals::error_words(intervals::estimate(all, measure)),
+            None => decimals(self.measure(measure)[0], 2),
         });
         PlotRow {
             tooltip: format!(
@@ -208,10 +219,7 @@ fn figure(evaluation: &Evaluation) -> Option<Figure> {
         };
         row_plot::draw(&plot)
     });
-    let n: Vec<usize> = rows
-        .iter()
-        .map(|row| row.method.evaluation.error.all.n)
-        .collect();
+    let n = rows.iter().map(|row| row.method.evaluation.error.all.n);
     let mut data = FigureData::about(&rows)
         .words("protocol", |row| row.protocol.title())
         .words("method", |row| row.method.name)
@@ -223,12 +231,27 @@ fn figure(evaluation: &Evaluation) -> Option<Figure> {
             });
         }
     }
+    let medians =
+        (rows.iter()).filter_map(|row| Some(intervals::estimate(row.intervals?, Measure::P50)));
+    let medians = medians.filter(|own| own.interval.is_some());
+    let segments: Vec<usize> = medians.map(|own| own.clusters).collect();
+    let mut bars = String::new();
+    if let (Some(own), false) = (
+        evaluation.intervals(headline(evaluation)),
+        segments.is_empty(),
+    ) {
+        let (confidence, segments) = (
+            plain(100.0 * own.bootstrap.confidence),
+            count_range(&segments),
+        );
+        bars = format!("; bars: {confidence} % intervals (bootstrap over {segments} segments)");
+    }
     Some(Figure {
         id: "error-overview",
         title: "Error of the default method and the best baselines.".to_owned(),
         caption: format!(
-            "Dot: median; ring: 95 % quantile; bars: 95 % intervals. All fingers and instants, n = {}.",
-            count_range(&n)
+            "Dot: median; ring: 95 % quantile{bars}. All fingers and instants, n = {}.",
+            count_range(&n.collect::<Vec<_>>())
         ),
         data: data.done(),
         legend: Vec::new(),

@@ -40,7 +40,8 @@ fn infeasible_plans_say_which_constraint_would_have_to_be_relaxed() {
 #[test]
 fn what_nobody_planned_has_no_section() {
     let mut evaluation = sample::evaluation(true);
-    for method in &mut evaluation.methods {
+    let held_out = evaluation.held_out.as_mut().unwrap();
+    for method in evaluation.methods.iter_mut().chain(&mut held_out.methods) {
         method.corridors.clear();
         method.object_error = None;
         if let Some(plan) = &mut method.plan {

@@ -64,8 +64,8 @@ fn both_protocols_are_on_the_first_screen_and_defined_once() {
     let page = html(&Report::new(&sample::evaluation(true), &[])).unwrap();
     let first = page.split("<nav").next().unwrap().replace('\u{a0}', " ");
     for words in [
-        "Held out, residual (cubic and learned deviation from it) ",
-        "118 test segments.",
+        "Held out, over ",
+        "118 test segments, residual (cubic and learned deviation from it) ",
         "Held out: against the unfiltered recording",
         "Published: against the filtered recording",
     ] {

@@ -150,6 +150,10 @@ fn nothing_worrying_is_said_with_what_was_looked_at() {
     ] {
         assert!(part.contains(&format!("<b>{label}</b>")), "{label}: {part}");
     }
+    // A run that does not follow the published protocol was not compared with published values.
+    let page = html(&Report::new(&fine(), &[])).unwrap();
+    assert!(!page.contains("<b>Published values</b>"));
+    assert!(page.contains("cube, 50 mm; 100"));
 }
 
 /// The default method under the held-out protocol, which the first screen is about.

@@ -253,7 +253,10 @@ pub(crate) fn verdict(evaluation: &Evaluation) -> String {
             comparison_sentence(method, evaluation, protocol)
         );
     }
-    format!("{subject} {}.", outcomes(&comparisons))
+    format!(
+        "{subject} {}.",
+        outcomes(&comparisons, evaluation.methods(protocol))
+    )
 }
 
 /// `method` compared with the best baselines, in a sentence or two.
@@ -279,11 +282,17 @@ pub(crate) fn comparison_sentence(
         }
         return format!("{name} cannot be compared with a baseline: one of them has no errors.");
     }
-    format!("{name} {}.", outcomes(&comparisons))
+    format!(
+        "{name} {}.",
+        outcomes(&comparisons, evaluation.methods(protocol))
+    )
 }
 
 /// Outcomes of comparisons as the end of a sentence about a method, in the order of the places.
-fn outcomes(comparisons: &[Comparison<'_>]) -> String {
+fn outcomes(comparisons: &[Comparison<'_>], methods: &[MethodEvaluation]) -> String {
+    // Takes that hold some of the methods have one.
+    let baselines = methods.iter().filter(|method| method.baseline).count();
+    let best = if baselines == 1 { "only" } else { "best" };
     let mut groups: Vec<(Outcome, Vec<String>)> = Vec::new();
     for c in comparisons {
         let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
@@ -295,9 +304,10 @@ fn outcomes(comparisons: &[Comparison<'_>]) -> String {
     }
     let clauses = groups.iter().map(|(outcome, places)| {
         let words = match outcome {
-            Outcome::Lower => "has a lower error than every baseline",
-            Outcome::Tie => "ties with the best baseline",
-            Outcome::Higher => "has a higher error than the best baseline",
+            Outcome::Lower if best == "best" => "has a lower error than every baseline".to_owned(),
+            Outcome::Lower => format!("has a lower error than the {best} baseline"),
+            Outcome::Tie => format!("ties with the {best} baseline"),
+            Outcome::Higher => format!("has a higher error than the {best} baseline"),
         };
         format!("{words} at the {}", join_words(places))
     });

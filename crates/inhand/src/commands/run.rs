@@ -56,7 +56,7 @@ pub(crate) struct Args {
     format: Format,
     #[command(flatten)]
     overrides: SessionOptions,
-    /// Write planned and recorded positions into rows.parquet too (about twice its size).
+    /// Write planned and recorded positions into rows.parquet too (2.7 times its size).
     #[arg(long, help_heading = "Evaluation")]
     row_positions: bool,
     #[command(flatten)]

@@ -86,7 +86,8 @@ fn collisions(method: &MethodEvaluation, protocol: Protocol) -> Option<Check> {
         millimetres(own.recorded_nearest_m),
     );
     let more = own.instants as f64 - own.recorded_instants as f64;
-    let worrying = more > SHARE * own.n as f64;
+    let nearer = own.instants > 0 && RATIO * own.nearest_m < own.recorded_nearest_m;
+    let worrying = more > SHARE * own.n as f64 || nearer;
     (own.n > 0).then(|| Check::new("Collisions", worrying, words))
 }
 

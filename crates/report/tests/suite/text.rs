@@ -138,15 +138,15 @@ fn other_outcomes_have_their_words() {
     for (factor, words) in [
         (
             0.5,
-            "residual has a lower error than every baseline at the median (0.20 vs 0.40 mm of hermite)",
+            "residual has a lower error than the only baseline at the median (0.20 vs 0.40 mm of hermite)",
         ),
         (
             1.0,
-            "residual ties with the best baseline at the median (0.40 vs 0.40 mm of hermite)",
+            "residual ties with the only baseline at the median (0.40 vs 0.40 mm of hermite)",
         ),
         (
             2.0,
-            "residual has a higher error than the best baseline at the median (0.80 vs 0.40 mm of hermite)",
+            "residual has a higher error than the only baseline at the median (0.80 vs 0.40 mm of hermite)",
         ),
     ] {
         evaluation.methods[0].error.all = scaled(factor);

@@ -146,12 +146,15 @@ pub(crate) fn unpack(
     }
 }
 
-/// Unpacks as many whole records as there are, whatever the chunk says of its size and checksum.
-pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Vec<u8>) {
+/// Unpacks as many whole records as there are, whatever the chunk says of its size and checksum; whether they are all
+/// that is packed, without an error.
+pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Vec<u8>) -> bool {
     records.clear();
     // What was unpacked before an error is there.
-    let _ = decompress(&header.compression, packed, limit(packed), records);
-    records.truncate(whole_bytes(records));
+    let unpacked = decompress(&header.compression, packed, limit(packed), records);
+    let (all, whole) = (records.len(), whole_bytes(records));
+    records.truncate(whole);
+    unpacked.is_ok() && whole == all
 }
 
 /// Whether the bytes begin as those that zstd packed.

@@ -309,18 +309,18 @@ impl Recovery<'_, '_> {
         Ok(None)
     }
 
-    /// Unpacks so many packed bytes of a chunk as far as they are sound, and gives them.
+    /// Unpacks so many packed bytes of a chunk as far as they are sound, and gives them where all are.
     fn unpack(
         &mut self,
         head: Head,
         header: &ChunkHeader,
         packed_bytes: u64,
-    ) -> Result<Vec<u8>, ContainerError> {
+    ) -> Result<Option<Vec<u8>>, ContainerError> {
         let mut packed = Vec::new();
         let start = head.body() + header_bytes(header) as u64;
         self.source.read_at(start, packed_bytes, &mut packed)?;
-        unpack_start(header, &packed, &mut self.records);
-        Ok(packed)
+        let is_sound = unpack_start(header, &packed, &mut self.records);
+        Ok(is_sound.then_some(packed))
     }
 
     /// Keeps a chunk of so many packed bytes if its checksum holds, or if it has none and is as long
@@ -339,7 +339,7 @@ impl Recovery<'_, '_> {
         if !sound {
             return Ok(None);
         }
-        (self.keeper).chunk(&self.records, &header.compression, &packed)?;
+        (self.keeper).chunk(&self.records, &header.compression, packed.as_deref())?;
         let end = head.body() + header_bytes(header) as u64 + packed_bytes;
         // There may be more in the record than the packed bytes.
         let padded = head.end() > end && head.end() <= self.source.bytes();

@@ -71,13 +71,13 @@ impl<'a> Keeper<'a> {
         &mut self,
         records: &[u8],
         compression: &str,
-        packed: &[u8],
+        packed: Option<&[u8]>,
     ) -> Result<(), ContainerError> {
         self.keep_all(records);
-        if self.kept == records {
-            return self.writer.packed_chunk(records, compression, packed);
+        match packed.filter(|_| self.kept == records) {
+            Some(packed) => self.writer.packed_chunk(records, compression, packed),
+            None => self.write_kept(compression),
         }
-        self.write_kept(compression)
     }
 
     /// Writes records from the start of a chunk; gives how many messages are kept.

@@ -37,7 +37,7 @@ impl Check {
 
 /// Differences of shares from recorded or stated ones that are a worry beyond, 0 to 1.
 const SHARE: f64 = 0.01;
-/// Difference of the coverage of prediction regions from what they state that is a worry beyond, 0 to 1.
+/// Difference of the coverage of prediction regions from what they state that is a worry beyond, 0 to 1; five times as much of one finger.
 const COVERAGE: f64 = 0.02;
 /// Ratio of planned and recorded speed, and of errors to the unfiltered and filtered recording, that is a worry beyond.
 const RATIO: f64 = 1.2;
@@ -165,7 +165,8 @@ fn regions(method: &MethodEvaluation) -> Option<Check> {
         percent(share),
         stated_percent(stated)
     );
-    Some(Check::new("Coverage", !fine, words))
+    let worrying = !fine || far(share, stated) > 5.0 * COVERAGE;
+    Some(Check::new("Coverage", worrying, words))
 }
 
 fn plans(method: &MethodEvaluation) -> Option<Check> {

@@ -193,8 +193,7 @@ impl ErrorRow<'_> {
 /// `None` where nothing was evaluated.
 fn figure(evaluation: &Evaluation) -> Option<Figure> {
     let rows = error_rows(evaluation);
-    let mut ends = rows.iter().flat_map(|row| row.measure(Measure::P95));
-    if !ends.any(|end| end > 0.0) {
+    if !rows.iter().any(|row| row.measure(Measure::P95)[0] > 0.0) {
         return None;
     }
     let extents = rows.iter().map(|row| {

@@ -85,7 +85,8 @@ pub struct ChannelInfo {
     pub messages: u64,
     /// Bytes of all messages, uncompressed.
     pub bytes: u64,
-    /// Their bytes in the file: shares of packed chunks, divided by what each channel's messages alone pack to.
+    /// Their bytes in the file with those of their index: shares of packed chunks, divided by what each channel's
+    /// messages alone pack to.
     pub packed_bytes: u64,
     /// Earliest log time, nanoseconds since 1970-01-01 UTC.
     pub first_unix_nanos: Option<u64>,
@@ -248,6 +249,10 @@ impl Gaps {
     }
 }
 
+/// Bytes of an index of messages and of each message in it.
+const INDEX_BYTES: u64 = 15;
+const INDEX_ENTRY_BYTES: u64 = 16;
+
 impl Listing {
     fn add(&mut self, record: Record) {
         match record {
@@ -278,6 +283,12 @@ impl Listing {
                 *(chunks.compression)
                     .entry(compression.to_owned())
                     .or_default() += 1;
+            }
+            Record::MessageIndex(index) => {
+                if let Some(listed) = self.channels.get_mut(&index.channel_id) {
+                    let entries = index.records.len() as u64;
+                    listed.info.packed_bytes += INDEX_BYTES + INDEX_ENTRY_BYTES * entries;
+                }
             }
             Record::Metadata(facts) => {
                 (self.info.metadata.0).insert(facts.name, facts.metadata);

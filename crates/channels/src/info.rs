@@ -249,8 +249,7 @@ impl Gaps {
     }
 }
 
-/// Bytes of an index of messages and of each message in it.
-const INDEX_BYTES: u64 = 15;
+/// Bytes of a message in the index of its chunk.
 const INDEX_ENTRY_BYTES: u64 = 16;
 
 impl Listing {
@@ -283,12 +282,6 @@ impl Listing {
                 *(chunks.compression)
                     .entry(compression.to_owned())
                     .or_default() += 1;
-            }
-            Record::MessageIndex(index) => {
-                if let Some(listed) = self.channels.get_mut(&index.channel_id) {
-                    let entries = index.records.len() as u64;
-                    listed.info.packed_bytes += INDEX_BYTES + INDEX_ENTRY_BYTES * entries;
-                }
             }
             Record::Metadata(facts) => {
                 (self.info.metadata.0).insert(facts.name, facts.metadata);
@@ -352,12 +345,11 @@ impl Listing {
         info.messages += 1;
         info.bytes += data.len() as u64;
         match self.chunk.0 {
-            Some(_) => self
-                .chunk
-                .1
-                .entry(channel)
-                .or_default()
-                .extend_from_slice(data),
+            Some(_) => {
+                info.packed_bytes += INDEX_ENTRY_BYTES;
+                let of_chunk = self.chunk.1.entry(channel).or_default();
+                of_chunk.extend_from_slice(data);
+            }
             None => info.packed_bytes += data.len() as u64,
         }
         let first = info.first_unix_nanos.get_or_insert(log_time);

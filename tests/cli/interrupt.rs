@@ -158,12 +158,12 @@ fn rounds_of_learning_are_kept() {
 #[test]
 fn converted_files_are_kept() {
     let bench = Bench::empty();
-    let sizes = ["--takes", "2", "--duration", "60", "--seed", "7"];
+    let sizes = ["--takes", "5", "--duration", "60", "--seed", "7"];
     bench.ok(&[&["simulate", "-o", "session"], &sizes[..]].concat());
-    let train = [
-        "session/train/cube_train_01.csv",
-        "session/train/cube_train_02.csv",
-    ];
+    let train: Vec<_> = (1..=5)
+        .map(|n| format!("session/train/cube_train_0{n}.csv"))
+        .collect();
+    let train: Vec<_> = train.iter().map(String::as_str).collect();
     let convert = [
         &["convert"],
         &train[..],
@@ -171,12 +171,16 @@ fn converted_files_are_kept() {
     ]
     .concat();
     let said = interrupted(&bench, &convert, "wrote", INT);
-    let words = "interrupted: 1 file is written and kept; run the same command again\n";
-    assert!(said.ends_with(words), "{said}");
-    assert_eq!(bench.files("out"), ["cube_train_01.mcap"]);
+    // Another may be done before the signal arrives.
+    let files = match bench.files("out").len() {
+        1 => "1 file is".to_owned(),
+        more => format!("{more} files are"),
+    };
+    let words = format!("interrupted: {files} written and kept; run the same command again\n");
+    assert!(said.ends_with(&words), "{said}");
     let first = bench.bytes("out/cube_train_01.mcap");
     bench.ok(&convert);
-    assert_eq!(bench.files("out").len(), 3);
+    assert_eq!(bench.files("out").len(), 6);
     assert!(first == bench.bytes("out/cube_train_01.mcap"));
 }
 

@@ -219,16 +219,22 @@ impl<'a> Page<'a> {
             "svg" => self.nested(node, view, place),
             "text" => self.text(node, view, place),
             _ => {
-                let mut pen = Pen {
-                    page: self.size,
-                    view,
-                    out: String::new(),
-                    at: [0.0; 2],
-                };
-                pen.shape(node);
-                self.paint(&pen.out, place, view.scale, tag != "line");
+                let outline = self.outline(node, view);
+                self.paint(&outline, place, view.scale, tag != "line");
             }
         }
+    }
+
+    /// A shape as operators of PDF, neither filled nor stroked.
+    fn outline(&self, node: &Node<'a, '_>, view: View) -> String {
+        let mut pen = Pen {
+            page: self.size,
+            view,
+            out: String::new(),
+            at: [0.0; 2],
+        };
+        pen.shape(node);
+        pen.out
     }
 
     fn nested(&mut self, node: &Node<'a, '_>, view: View, place: usize) {
@@ -240,14 +246,8 @@ impl<'a> Page<'a> {
         }
         let cut = self.styles[place].properties.get("overflow") == Some(&"hidden");
         if cut {
-            let mut pen = Pen {
-                page: self.size,
-                view,
-                out: String::new(),
-                at: [0.0; 2],
-            };
-            pen.shape(node);
-            let _ = writeln!(self.content, "q {}W n", pen.out);
+            let outline = self.outline(node, view);
+            let _ = writeln!(self.content, "q {outline}W n");
         }
         let before = self.pens.clone();
         self.children(node, inner, place);

@@ -35,18 +35,15 @@ fn own_prefix() -> &'static str {
 }
 
 /// Removes unfinished files from a folder: those of any process, or only those and the scratch folders of this one.
-/// Says whether there were some.
-pub fn remove_unfinished(folder: &Path, own: bool) -> bool {
+pub fn remove_unfinished(folder: &Path, own: bool) {
     let prefix = if own { own_prefix() } else { TEMPORARY_PREFIX };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let unfinished = entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix));
-    unfinished.fold(false, |_, entry| {
+    for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix)) {
         // What cannot be removed does no harm.
         if std::fs::remove_file(entry.path()).is_err() && own {
             let _ = std::fs::remove_dir_all(entry.path());
         }
-        true
-    })
+    }
 }
 
 /// Writes a file beside its target and renames it, so that nobody ever sees half of it. A device or a FIFO

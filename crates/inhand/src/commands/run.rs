@@ -22,20 +22,20 @@ const SKIPPED_SHOWN: usize = 3;
 
 /// Steps of a run and their shares of its time: six takes of a minute, two threads.
 const SHARES: [(&str, f64); 14] = [
-    ("read", 0.02),
+    ("read", 0.05),
     ("hand_frame", 0.01),
-    ("look", 0.1),
+    ("look", 0.05),
     ("filter", 0.02),
-    ("learn", 0.18),
-    (DICTIONARY_USED, 0.06),
+    ("learn", 0.22),
+    (DICTIONARY_USED, 0.09),
     ("contacts", 0.01),
-    ("evaluate", 0.03),
-    ("motion", 0.09),
-    ("held_out", 0.11),
-    ("intervals", 0.08),
-    ("write", 0.19),
-    ("illustrate", 0.03),
-    ("report", 0.07),
+    ("evaluate", 0.05),
+    ("motion", 0.08),
+    ("held_out", 0.09),
+    ("intervals", 0.04),
+    ("write", 0.09),
+    ("illustrate", 0.04),
+    ("report", 0.16),
 ];
 
 /// The first step after the dictionary is written.

@@ -71,7 +71,10 @@ pub fn write_parquet(
             // Measured numbers hardly ever repeat, but their high bytes do, and low ones of rounded numbers.
             Values::Numbers(_) => (properties.set_column_dictionary_enabled(path.clone(), false))
                 .set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT),
-            Values::Counts(_) | Values::Words(_) => properties,
+            // Whole numbers stay the same or count up: their differences take no look into a dictionary.
+            Values::Counts(_) => (properties.set_column_dictionary_enabled(path.clone(), false))
+                .set_column_encoding(path, Encoding::DELTA_BINARY_PACKED),
+            Values::Words(_) => properties,
         }
     });
     let properties = Arc::new(properties.build());

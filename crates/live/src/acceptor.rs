@@ -7,14 +7,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::control::Command;
 use crate::error::LiveError;
-use crate::viewer::serve;
+use crate::guests::Guests;
+use crate::outbox::{Merit, Outbox, Together};
+use crate::viewer::{Wire, serve};
 
-/// Viewers at the same time; each may have some MiB waiting.
-const MOST_VIEWERS: usize = 32;
+/// Connections at the same time. Where there are as many, one that wants or reads nothing has to go for a new one.
+const MOST_VIEWERS: usize = 256;
+
+/// Threads of connections, those that are ending included.
+const MOST_THREADS: usize = 2 * MOST_VIEWERS;
+
+/// Time in which a client may finish its handshake and say what it wants before it has to go for others.
+const GRACE: Duration = Duration::from_millis(250);
 
 /// Pause of accepting where the system has no more sockets.
 const REST: Duration = Duration::from_millis(100);
@@ -34,28 +42,42 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<TcpListener, LiveError> {
 pub(crate) struct Acceptor {
     address: SocketAddr,
     shut: Arc<AtomicBool>,
-    sockets: Sockets,
+    connections: Connections,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Sockets of all connections, to end them with.
-type Sockets = Arc<Mutex<BTreeMap<u64, TcpStream>>>;
+/// What ends a connection, and says which is to end first.
+struct Connection {
+    socket: TcpStream,
+    address: SocketAddr,
+    since: Instant,
+    outbox: Arc<Outbox>,
+}
+
+type Connections = Arc<Mutex<BTreeMap<u64, Connection>>>;
 
 impl Acceptor {
     pub(crate) fn open(
         listener: TcpListener,
         address: SocketAddr,
+        guests: Guests,
         player: SyncSender<Command>,
     ) -> Result<Self, LiveError> {
-        let (shut, sockets) = (Arc::<AtomicBool>::default(), Sockets::default());
+        let (shut, connections) = (Arc::<AtomicBool>::default(), Connections::default());
+        let reception = Reception {
+            connections: Arc::clone(&connections),
+            together: Together::default(),
+            guests: Arc::new(guests),
+            player,
+        };
         let thread = thread::Builder::new().name("acceptor".to_owned()).spawn({
-            let (shut, sockets) = (Arc::clone(&shut), Arc::clone(&sockets));
-            move || accept_all(&listener, &shut, &sockets, &player)
+            let shut = Arc::clone(&shut);
+            move || reception.accept_all(&listener, &shut)
         });
         Ok(Self {
             address,
             shut,
-            sockets,
+            connections,
             thread: Some(thread.map_err(|source| LiveError::Thread { source })?),
         })
     }
@@ -68,9 +90,7 @@ impl Drop for Acceptor {
             return;
         };
         self.shut.store(true, Ordering::SeqCst);
-        for socket in lock(&self.sockets).values() {
-            let _ = socket.shutdown(Shutdown::Both);
-        }
+        end_all(&self.connections);
         // The thread waits for a connection; this one wakes it.
         let wake = TcpStream::connect_timeout(&reachable(self.address), Duration::from_secs(1));
         if wake.is_ok() {
@@ -89,57 +109,96 @@ fn reachable(mut address: SocketAddr) -> SocketAddr {
     address
 }
 
-fn accept_all(
-    listener: &TcpListener,
-    shut: &AtomicBool,
-    sockets: &Sockets,
-    player: &SyncSender<Command>,
-) {
-    let mut threads: Vec<JoinHandle<()>> = Vec::new();
-    for number in 0.. {
-        let arrived = listener.accept();
-        if shut.load(Ordering::SeqCst) {
-            break;
+/// What every new connection gets.
+struct Reception {
+    connections: Connections,
+    together: Together,
+    guests: Arc<Guests>,
+    player: SyncSender<Command>,
+}
+
+impl Reception {
+    fn accept_all(&self, listener: &TcpListener, shut: &AtomicBool) {
+        let mut threads: Vec<JoinHandle<()>> = Vec::new();
+        for number in 0.. {
+            let arrived = listener.accept();
+            if shut.load(Ordering::SeqCst) {
+                break;
+            }
+            threads.retain(|thread| !thread.is_finished());
+            match arrived {
+                Ok((socket, address)) if threads.len() < MOST_THREADS && self.make_room() => {
+                    threads.extend(self.connection(number, address, socket));
+                }
+                Ok((_, address)) => {
+                    let _ = self.player.send(Command::Full(address, MOST_VIEWERS));
+                }
+                Err(_) => thread::sleep(REST),
+            }
         }
-        threads.retain(|thread| !thread.is_finished());
-        match arrived {
-            Ok((_, address)) if threads.len() >= MOST_VIEWERS => {
-                let _ = player.send(Command::Full(address, MOST_VIEWERS));
-            }
-            Ok((socket, address)) => {
-                threads.extend(connection(number, address, socket, sockets, player));
-            }
-            Err(_) => thread::sleep(REST),
+        end_all(&self.connections);
+        for thread in threads {
+            let _ = thread.join();
         }
     }
-    for socket in lock(sockets).values() {
-        let _ = socket.shutdown(Shutdown::Both);
+
+    /// Whether there is room for one more, if need be after the end of a connection that deserves it least.
+    fn make_room(&self) -> bool {
+        let mut connections = lock(&self.connections);
+        if connections.len() < MOST_VIEWERS {
+            return true;
+        }
+        let ranked = connections.iter().map(|(&number, connection)| {
+            let merit = connection.outbox.merit();
+            (merit, connection.since, number)
+        });
+        let least = ranked
+            .filter(|(merit, since, _)| *merit < Merit::Reading && since.elapsed() > GRACE)
+            .min();
+        let Some(connection) = least.and_then(|(.., number)| connections.remove(&number)) else {
+            return false;
+        };
+        drop(connections);
+        let _ = connection.socket.shutdown(Shutdown::Both);
+        let _ = self.player.send(Command::PutOut(connection.address));
+        true
     }
-    for thread in threads {
-        let _ = thread.join();
+
+    /// The thread of a connection; `None`, and the connection ends, where the system has none to give.
+    fn connection(
+        &self,
+        number: u64,
+        address: SocketAddr,
+        socket: TcpStream,
+    ) -> Option<JoinHandle<()>> {
+        let outbox = Arc::new(Outbox::new(Arc::clone(&self.together)));
+        let connection = Connection {
+            socket: socket.try_clone().ok()?,
+            address,
+            since: Instant::now(),
+            outbox: Arc::clone(&outbox),
+        };
+        let wire = Wire::new(socket, outbox).ok()?;
+        lock(&self.connections).insert(number, connection);
+        let thread = thread::Builder::new().name("viewer".to_owned()).spawn({
+            let (connections, player) = (Arc::clone(&self.connections), self.player.clone());
+            let guests = Arc::clone(&self.guests);
+            move || {
+                serve(number, address, wire, &guests, &player);
+                lock(&connections).remove(&number);
+            }
+        });
+        if thread.is_err() {
+            lock(&self.connections).remove(&number);
+        }
+        thread.ok()
     }
 }
 
-/// The thread of a connection; `None`, and the connection ends, where the system has none to give.
-fn connection(
-    number: u64,
-    address: SocketAddr,
-    socket: TcpStream,
-    sockets: &Sockets,
-    player: &SyncSender<Command>,
-) -> Option<JoinHandle<()>> {
-    lock(sockets).insert(number, socket.try_clone().ok()?);
-    let thread = thread::Builder::new().name("viewer".to_owned()).spawn({
-        let (sockets, player) = (Arc::clone(sockets), player.clone());
-        move || {
-            serve(number, address, socket, &player);
-            lock(&sockets).remove(&number);
-        }
-    });
-    if thread.is_err() {
-        lock(sockets).remove(&number);
+fn end_all(connections: &Connections) {
+    for connection in lock(connections).values() {
+        let _ = connection.socket.shutdown(Shutdown::Both);
     }
-    thread.ok()
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -1,12 +1,13 @@
 //! The connected clients and their subscriptions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::control::Viewer;
+use crate::outbox::Merit;
 use crate::protocol::{Level, PlaybackState, Subprotocol, message_head, status, time};
 
-/// Subscriptions that one viewer may have.
-const MOST_SUBSCRIPTIONS: usize = 1 << 16;
+/// Subscriptions that one viewer may have to a channel: each gets its own copy of every message.
+const MOST_SUBSCRIPTIONS: usize = 8;
 
 /// The connected clients.
 #[derive(Default)]
@@ -24,6 +25,8 @@ struct Client {
     viewer: Viewer,
     /// Subscriptions of each channel.
     subscriptions: BTreeMap<u64, Vec<u32>>,
+    /// All of them.
+    ids: BTreeSet<u32>,
     /// Whether playback states mean something to it.
     controls: bool,
     /// Messages that it did not get since it was last warned.
@@ -49,6 +52,7 @@ impl Clients {
             controls: viewer.subprotocol == Subprotocol::Sdk,
             viewer,
             subscriptions: BTreeMap::new(),
+            ids: BTreeSet::new(),
             missed: 0,
         };
         self.came += 1;
@@ -70,27 +74,30 @@ impl Clients {
         let Some(client) = self.clients.get_mut(&number) else {
             return Ok(());
         };
-        let mut all = client.subscriptions.values().flatten();
-        if all.any(|&other| other == subscription) {
+        if client.ids.contains(&subscription) {
             return Err(format!("subscription {subscription} is there already"));
         }
-        if client.subscriptions.values().flatten().count() >= MOST_SUBSCRIPTIONS {
-            return Err(format!("more than {MOST_SUBSCRIPTIONS} subscriptions"));
+        let ids = client.subscriptions.entry(channel).or_default();
+        if ids.len() >= MOST_SUBSCRIPTIONS {
+            return Err(format!(
+                "more than {MOST_SUBSCRIPTIONS} subscriptions to channel {channel}"
+            ));
         }
-        client
-            .subscriptions
-            .entry(channel)
-            .or_default()
-            .push(subscription);
+        ids.push(subscription);
+        client.ids.insert(subscription);
+        client.rate();
         Ok(())
     }
 
     pub(crate) fn unsubscribe(&mut self, number: u64, subscriptions: &[u32]) {
         if let Some(client) = self.clients.get_mut(&number) {
+            let gone: BTreeSet<u32> = subscriptions.iter().copied().collect();
+            client.ids.retain(|id| !gone.contains(id));
             client.subscriptions.retain(|_, ids| {
-                ids.retain(|id| !subscriptions.contains(id));
+                ids.retain(|id| !gone.contains(id));
                 !ids.is_empty()
             });
+            client.rate();
         }
     }
 
@@ -179,6 +186,7 @@ impl Clients {
         for client in self.clients.values_mut() {
             if client.missed > 0 && client.viewer.outbox.is_empty() {
                 let missed = std::mem::take(&mut client.missed);
+                client.rate();
                 let what = format!("read too slowly: {missed} messages were left out");
                 client.viewer.outbox.text(&status(Level::Warning, &what));
                 if client.controls {
@@ -188,6 +196,16 @@ impl Clients {
             }
         }
         caught_up
+    }
+
+    /// Drops what waits for viewers that are behind and read nothing at all.
+    pub(crate) fn relieve(&mut self) {
+        for client in self.clients.values_mut().filter(|client| client.missed > 0) {
+            let dropped = client.viewer.outbox.relieve();
+            client.missed += dropped;
+            self.missed += dropped;
+            self.sent -= dropped;
+        }
     }
 
     /// Whether any client is behind.
@@ -233,11 +251,25 @@ impl Client {
             }
             let head = message_head(subscription, log_time);
             let outbox = &self.viewer.outbox;
-            match self.missed == 0 && outbox.binary(&[&head, data]) {
+            match self.missed == 0 && outbox.message(&[&head, data]) {
                 true => sent += 1,
                 false => self.missed += 1,
             }
         }
+        if missed == 0 && self.missed > 0 {
+            self.rate();
+        }
         (sent, self.missed - missed)
+    }
+
+    /// Notes what the viewer does, for the choice of who goes where there are too many.
+    fn rate(&self) {
+        self.viewer
+            .outbox
+            .deserves(match (self.ids.is_empty(), self.missed) {
+                (true, _) => Merit::Silent,
+                (false, 0) => Merit::Reading,
+                (false, _) => Merit::Behind,
+            });
     }
 }

@@ -24,6 +24,8 @@ pub(crate) enum Command {
     Misunderstood(u64, String),
     Gone(u64, DisconnectReason),
     Strange(SocketAddr),
+    Refused(SocketAddr, String),
+    PutOut(SocketAddr),
     Full(SocketAddr, usize),
     Control(Control),
 }

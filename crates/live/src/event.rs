@@ -55,6 +55,18 @@ pub enum Event {
         /// Its address.
         viewer: SocketAddr,
     },
+    /// A client was not let in.
+    Refused {
+        /// Its address.
+        viewer: SocketAddr,
+        /// The reason.
+        why: String,
+    },
+    /// A client that wants or reads nothing was disconnected, to make room for another.
+    PutOut {
+        /// Its address.
+        viewer: SocketAddr,
+    },
     /// There are too many viewers for one more.
     Full {
         /// Its address.

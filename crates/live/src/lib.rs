@@ -16,6 +16,7 @@ mod clock;
 mod control;
 mod error;
 mod event;
+mod guests;
 mod outbox;
 mod player;
 mod protocol;

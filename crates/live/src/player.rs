@@ -229,6 +229,7 @@ impl<N: FnMut(Event)> Player<'_, N> {
         if !self.clients.is_anyone_behind() {
             return;
         }
+        self.clients.relieve();
         // What was said of a seek in the meantime may not have reached it, and it jumps in any case.
         let state = self.state(now, true);
         for (viewer, messages) in self.clients.caught_up(state) {
@@ -246,6 +247,8 @@ impl<N: FnMut(Event)> Player<'_, N> {
             Command::Misunderstood(number, why) => self.clients.warn(number, &why),
             Command::Gone(number, how) => self.gone(number, how),
             Command::Strange(viewer) => (self.notify)(Event::Strange { viewer }),
+            Command::Refused(viewer, why) => (self.notify)(Event::Refused { viewer, why }),
+            Command::PutOut(viewer) => (self.notify)(Event::PutOut { viewer }),
             Command::Full(viewer, viewers) => (self.notify)(Event::Full { viewer, viewers }),
             Command::Control(control) => self.control(now, control)?,
         }

@@ -13,6 +13,7 @@ use crate::clock::{Clock, FASTEST, SLOWEST};
 use crate::control::{Command, Controls};
 use crate::error::LiveError;
 use crate::event::Event;
+use crate::guests::Guests;
 use crate::player::{CLOSING, Ending, Player, Repeat, Times};
 use crate::protocol::server_info;
 use crate::retained::Retained;
@@ -29,6 +30,9 @@ const FINISHED: Duration = Duration::from_secs(30);
 pub struct Settings {
     /// Address to listen at, such as `127.0.0.1`.
     pub host: String,
+    /// Origins of pages that may connect, such as `https://viewer.example`, besides those on this computer and of
+    /// the known viewers; `*` for all.
+    pub origins: Vec<String>,
     /// Port; 0 for any that is free.
     pub port: u16,
     /// Name that viewers show.
@@ -49,6 +53,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             host: "127.0.0.1".to_owned(),
+            origins: Vec::new(),
             port: 8765,
             name: String::new(),
             speed: 1.0,
@@ -197,7 +202,13 @@ impl<'a> Server<'a> {
             (player.notify)(Event::LeftOut { topic, why });
         }
         player.jump(Duration::ZERO, start)?;
-        let acceptor = Acceptor::open(self.listener, self.address, self.sender)?;
+        let acceptor = {
+            let guests = Guests {
+                origins: settings.origins.clone(),
+                only_here: self.address.ip().is_loopback(),
+            };
+            Acceptor::open(self.listener, self.address, guests, self.sender)?
+        };
         let result = player.play(&self.commands);
         if let Err(error) = &result {
             player.clients.fail(&error.to_string());

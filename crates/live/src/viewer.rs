@@ -5,7 +5,7 @@ use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tungstenite::handshake::server::{ErrorResponse, Request as Handshake, Response};
 use tungstenite::http::{HeaderValue, StatusCode};
@@ -14,7 +14,8 @@ use tungstenite::{Error, Message, WebSocket, accept_hdr_with_config};
 
 use crate::control::{Command, Viewer};
 use crate::event::DisconnectReason;
-use crate::outbox::Outbox;
+use crate::guests::Guests;
+use crate::outbox::{Merit, Outbox};
 use crate::protocol::{Subprotocol, parse_bytes, parse_text};
 
 /// Time that a viewer may take for the handshake.
@@ -25,7 +26,10 @@ const HANDSHAKE: Duration = Duration::from_secs(5);
 const STALL: Duration = Duration::from_secs(10);
 
 /// Bytes of the longest message that a viewer may send: subscriptions to thousands of channels.
-const MOST_MESSAGE_BYTES: usize = 1 << 20;
+const MOST_MESSAGE_BYTES: usize = 1 << 18;
+
+/// Requests of a viewer a second, beyond a first burst of as many; who says more waits.
+const REQUESTS_PER_S: u32 = 200;
 
 const PROTOCOLS: &str = "Sec-WebSocket-Protocol";
 
@@ -33,14 +37,22 @@ const PROTOCOLS: &str = "Sec-WebSocket-Protocol";
 pub(crate) fn serve(
     number: u64,
     address: SocketAddr,
-    socket: TcpStream,
+    wire: Wire,
+    guests: &Guests,
     player: &SyncSender<Command>,
 ) {
-    let Some((socket, subprotocol)) = greet(socket) else {
-        // The client asked for another protocol and was refused.
-        let _ = player.send(Command::Strange(address));
-        return;
+    let (socket, subprotocol) = match greet(wire, guests) {
+        Ok(greeted) => greeted,
+        Err(why) => {
+            let _ = player.send(match why {
+                Some(why) => Command::Refused(address, why),
+                // It asked for another protocol, or for nothing.
+                None => Command::Strange(address),
+            });
+            return;
+        }
     };
+    socket.get_ref().outbox.deserves(Merit::Silent);
     let viewer = Viewer {
         number,
         address,
@@ -69,50 +81,48 @@ pub(crate) fn serve(
     let _ = player.send(Command::Gone(number, how));
 }
 
-/// Agrees on a protocol.
-fn greet(socket: TcpStream) -> Option<(WebSocket<Wire>, Subprotocol)> {
-    socket.set_nodelay(true).ok()?;
-    socket.set_read_timeout(Some(HANDSHAKE)).ok()?;
-    socket.set_write_timeout(Some(STALL)).ok()?;
+/// Agrees on a protocol; otherwise the reason, where it is another than that the client speaks something else.
+fn greet(wire: Wire, guests: &Guests) -> Result<(WebSocket<Wire>, Subprotocol), Option<String>> {
     // For clients that do not ask for a WebSocket, such as browsers.
-    let mut plain = socket.try_clone().ok()?;
+    let mut plain = wire.socket.try_clone().map_err(|_| None)?;
     let mut chosen = None;
-    let mut refused = false;
+    let mut refused = None;
     let config = WebSocketConfig::default()
         .read_buffer_size(16 << 10)
         .max_message_size(Some(MOST_MESSAGE_BYTES))
         .max_frame_size(Some(MOST_MESSAGE_BYTES));
-    let wire = Wire {
-        socket,
-        outbox: Arc::default(),
-        through_outbox: false,
-    };
     #[expect(
         clippy::result_large_err,
         reason = "the callback's type is tungstenite's"
     )]
     let answer = |request: &Handshake, mut response: Response| {
+        if let Err(why) = guests.check(request.headers()) {
+            let text = format!("{why}\n");
+            refused = Some(Some(why));
+            return Err(refusal(StatusCode::FORBIDDEN, text));
+        }
         let offered = (request.headers().get_all(PROTOCOLS).iter())
             .flat_map(|header| header.to_str().unwrap_or_default().split(','));
         chosen = Subprotocol::choose(offered);
         let Some(chosen) = chosen else {
-            refused = true;
-            return Err(refusal());
+            refused = Some(None);
+            return Err(refusal(StatusCode::BAD_REQUEST, REFUSAL.to_owned()));
         };
         (response.headers_mut()).insert(PROTOCOLS, HeaderValue::from_static(chosen.name()));
         Ok(response)
     };
     let accepted = accept_hdr_with_config(wire, answer, Some(config));
     let Ok(mut websocket) = accepted else {
-        if !refused {
+        if refused.is_none() {
             // It may be gone already.
             let _ = plain.write_all(plain_refusal().as_bytes());
         }
-        return None;
+        return Err(refused.flatten());
     };
-    websocket.get_ref().socket.set_read_timeout(None).ok()?;
-    websocket.get_mut().through_outbox = true;
-    chosen.map(|chosen| (websocket, chosen))
+    let wire = websocket.get_mut();
+    wire.greeting_until = None;
+    wire.socket.set_read_timeout(None).map_err(|_| None)?;
+    chosen.map(|chosen| (websocket, chosen)).ok_or(None)
 }
 
 const REFUSAL: &str = "This is a recording for Foxglove and Lichtblick: open a Foxglove WebSocket connection.\n\
@@ -127,10 +137,10 @@ fn plain_refusal() -> String {
     )
 }
 
-/// Tells programs that speak something else over a WebSocket what this is.
-fn refusal() -> ErrorResponse {
-    let mut response = ErrorResponse::new(Some(REFUSAL.to_owned()));
-    *response.status_mut() = StatusCode::BAD_REQUEST;
+/// Tells programs why they are not let in.
+fn refusal(status: StatusCode, text: String) -> ErrorResponse {
+    let mut response = ErrorResponse::new(Some(text));
+    *response.status_mut() = status;
     response
 }
 
@@ -140,7 +150,13 @@ fn listen(
     mut socket: WebSocket<Wire>,
     player: &SyncSender<Command>,
 ) -> DisconnectReason {
+    let (mut from, mut requests) = (Instant::now(), 0);
     loop {
+        if requests >= REQUESTS_PER_S {
+            thread::sleep(Duration::from_secs(1).saturating_sub(from.elapsed()));
+            (from, requests) = (Instant::now(), 0);
+        }
+        requests += 1;
         let said = match socket.read() {
             Ok(Message::Text(text)) => parse_text(text.as_str()),
             Ok(Message::Binary(bytes)) => parse_bytes(&bytes),
@@ -189,26 +205,46 @@ fn sender(mut socket: TcpStream, outbox: &Arc<Outbox>) -> io::Result<Sender> {
 
 /// A socket of which only the handshake writes itself: all else goes through the outbox, so that two
 /// threads cannot write into each other's frames.
-struct Wire {
+pub(crate) struct Wire {
     socket: TcpStream,
     outbox: Arc<Outbox>,
-    through_outbox: bool,
+    /// Until the handshake is over: when it has to be, however little at a time the client says.
+    greeting_until: Option<Instant>,
+}
+
+impl Wire {
+    pub(crate) fn new(socket: TcpStream, outbox: Arc<Outbox>) -> io::Result<Self> {
+        socket.set_nodelay(true)?;
+        socket.set_write_timeout(Some(STALL))?;
+        Ok(Self {
+            socket,
+            outbox,
+            greeting_until: Some(Instant::now() + HANDSHAKE),
+        })
+    }
 }
 
 impl Read for Wire {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if let Some(until) = self.greeting_until {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(io::ErrorKind::TimedOut.into());
+            }
+            self.socket.set_read_timeout(Some(left))?;
+        }
         self.socket.read(bytes)
     }
 }
 
 impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.through_outbox {
+        if self.greeting_until.is_some() {
+            self.socket.write(bytes)
+        } else {
             // tungstenite gives whole frames, and a vector takes all of them.
             self.outbox.raw(bytes);
             Ok(bytes.len())
-        } else {
-            self.socket.write(bytes)
         }
     }
 

@@ -9,6 +9,7 @@
 mod client;
 mod control;
 mod files;
+mod hostile;
 mod playing;
 mod refused;
 mod viewers;

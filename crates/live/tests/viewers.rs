@@ -238,7 +238,7 @@ fn a_browser_or_another_program_is_told_what_this_is() {
     stream
         .set_read_timeout(Some(Duration::from_secs(60)))
         .unwrap();
-    let asks = "GET / HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+    let asks = "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
                 Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\
                 Sec-WebSocket-Protocol: chat\r\n\r\n";
     stream.write_all(asks.as_bytes()).unwrap();

@@ -17,7 +17,7 @@ use crate::interrupt;
 
 /// Play an MCAP file live to Foxglove or Lichtblick
 ///
-/// Open a "Foxglove WebSocket" connection to the printed address, with up to 32 viewers. Playback starts when the
+/// Open a "Foxglove WebSocket" connection to the printed address, with up to 256 viewers. Playback starts when the
 /// first client subscribes. Foxglove has its own play bar; for all viewers together use the keys in this terminal:
 /// space pauses, left and right seek by 5 s, up and down change the speed, 0 seeks to the start, q or Ctrl-C ends.
 #[derive(Debug, clap::Args)]
@@ -27,6 +27,12 @@ pub(crate) struct Args {
     /// Address to listen at; 0.0.0.0 for viewers on other computers.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     host: String,
+    /// Web page that may connect, such as https://viewer.example; * for all.
+    ///
+    /// Without it those on this computer, https://app.foxglove.dev and installed viewers may. Programs that are no
+    /// browsers always may.
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
     /// Port to listen at; 0 for any free port.
     #[arg(long, value_name = "PORT", default_value_t = 8765)]
     port: u16,
@@ -63,6 +69,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     drop(step);
     let settings = Settings {
         host: args.host.clone(),
+        origins: args.allow_origin.clone(),
         port: args.port,
         name: timeline.file().to_owned(),
         speed: args.speed,
@@ -169,6 +176,10 @@ fn words(event: &Event) -> Option<String> {
         Event::Strange { viewer } => format!(
             "warning  {viewer} connected without the Foxglove WebSocket protocol; it got instructions"
         ),
+        Event::Refused { viewer, why } => format!("warning  {viewer} was refused: {why}"),
+        Event::PutOut { viewer } => {
+            format!("warning  {viewer} had to go for another: it wanted or read nothing")
+        }
         Event::Full { viewer, viewers } => {
             format!("warning  {viewer} was refused: there are {viewers} connections already")
         }

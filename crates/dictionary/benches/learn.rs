@@ -66,7 +66,7 @@ fn nmf_small_plain(bencher: divan::Bencher<'_, '_>) {
         let mut w = DMatrix::from_fn(300, 50, |r, c| ((r * 50 + c) as f64).sin().abs());
         let mut h = DMatrix::from_element(50, 120, 0.01);
         for _ in 0..10 {
-            plain::iterate(&v, &mut w, &mut h, 3);
+            plain::iterate(&v, &mut w, &mut h, 4);
         }
         plain::objective(&v, &w, &h)
     });

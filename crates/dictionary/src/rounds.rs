@@ -415,6 +415,8 @@ impl NmfProblem {
         match update {
             Update::Hals => {
                 let gram = Gram::new(activation_gram_m2, rank, penalty.l2);
+                // Activations have new primitives to follow; these, averaged over all segments, hardly move.
+                let sweeps = sweeps.div_ceil(2);
                 descend_all(&gram, cross_m2, penalty.l1, primitives, sweeps);
             }
             Update::Multiplicative => {

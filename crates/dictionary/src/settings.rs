@@ -101,9 +101,9 @@ pub struct NmfSettings {
     pub offset_margin_m: f64,
     /// Update rule of the factors.
     pub update: Update,
-    /// Sweeps of coordinate descent over a factor for each product with the data, with
-    /// [`Update::Hals`]; at least 1 (Gillis and Glineur 2012). A sweep costs a tenth of the product,
-    /// and with three the error falls as fast in one iteration as in two to three with one.
+    /// Sweeps of coordinate descent over the activations for each product with the data, with
+    /// [`Update::Hals`]; at least 1 (Gillis and Glineur 2012). Primitives, which change less from one
+    /// iteration to the next, get half as many, rounded up.
     pub sweeps: usize,
     /// Start of the primitives.
     pub start: Start,
@@ -143,7 +143,7 @@ impl Default for NmfSettings {
             stop_rms_m: None,
             offset_margin_m: 0.005,
             update: Update::default(),
-            sweeps: 3,
+            sweeps: 4,
             start: Start::default(),
             activation_penalty: Penalty::default(),
             primitive_penalty: Penalty::default(),

@@ -275,12 +275,13 @@ fn hals_agrees_with_the_plain_iteration() {
     let mut w = matrix(&start_w, rank).transpose();
     let mut h = matrix(&start_h, rank);
     let (g, p) = (w.transpose() * &w, w.transpose() * &v);
-    for _ in 0..3 {
+    let sweeps = NmfSettings::default().sweeps;
+    for _ in 0..sweeps {
         plain::sweep(&g, &p, &mut h);
     }
     for (iteration, found) in state.objective_history_m2.iter().enumerate() {
         if iteration > 0 {
-            plain::iterate(&v, &mut w, &mut h, 3);
+            plain::iterate(&v, &mut w, &mut h, sweeps);
         }
         let expected = plain::objective(&v, &w, &h);
         assert!(

@@ -290,7 +290,7 @@ fn segments_that_are_all_the_same_can_be_learned() {
     for rank in [1, 3] {
         let columns = DMatrix::from_fn(60, 5, |row, _| one[row]);
         let limit = NmfSettings {
-            max_iterations: 40,
+            max_iterations: 80,
             ..settings(rank)
         };
         let dictionary = learn(columns, &limit);

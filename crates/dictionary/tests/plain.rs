@@ -19,11 +19,11 @@ pub(crate) fn sweep(g: &DMatrix<f64>, p: &DMatrix<f64>, x: &mut DMatrix<f64>) {
     }
 }
 
-/// One iteration: `sweeps` over the primitives (rows x rank), then over the activations.
+/// One iteration: half of `sweeps`, rounded up, over the primitives (rows x rank), then all over the activations.
 pub(crate) fn iterate(v: &DMatrix<f64>, w: &mut DMatrix<f64>, h: &mut DMatrix<f64>, sweeps: usize) {
     let mut w_rows = w.transpose();
     let (gram, cross) = (&*h * h.transpose(), &*h * v.transpose());
-    for _ in 0..sweeps {
+    for _ in 0..sweeps.div_ceil(2) {
         sweep(&gram, &cross, &mut w_rows);
     }
     *w = w_rows.transpose();

@@ -254,7 +254,7 @@ pub(crate) struct LearnOptions {
     /// Largest number of iterations [default: 10].
     #[arg(long, value_name = "N")]
     max_iterations: Option<usize>,
-    /// Sweeps over each factor in an iteration [default: 3].
+    /// Sweeps over activations, twice those over primitives [default: 4].
     #[arg(long, value_name = "N")]
     sweeps: Option<usize>,
     /// Stop when an iteration lowers the objective by less than this fraction [default: 1e-4].

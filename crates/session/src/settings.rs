@@ -286,7 +286,7 @@ section! {
         pub primitive_l2: f64 = 0.0,
         /// Most iterations.
         pub max_iterations: usize = NmfSettings::default().max_iterations,
-        /// Sweeps over each factor in an iteration.
+        /// Sweeps over the activations in an iteration; over the primitives half as many.
         pub sweeps: usize = NmfSettings::default().sweeps,
         /// Stop when a sweep lowers the objective by less than this share of it.
         pub relative_change: f64 = NmfSettings::default().relative_change,

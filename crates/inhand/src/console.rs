@@ -18,6 +18,7 @@ use crate::interrupt;
 use crate::options::Format;
 pub(crate) use crate::progress::as_it_is;
 use crate::progress::{Task, suspended};
+use crate::visible::visible;
 
 /// Messages on stderr.
 #[derive(Debug)]
@@ -110,7 +111,7 @@ impl Console {
 pub(crate) fn data(text: &str) -> io::Result<()> {
     suspended(|| {
         let mut out = io::stdout().lock();
-        out.write_all(text.as_bytes())?;
+        out.write_all(visible(text).as_bytes())?;
         out.flush()
     })
 }

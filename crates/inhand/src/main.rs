@@ -10,6 +10,7 @@ mod interrupt;
 mod options;
 mod output;
 mod progress;
+mod visible;
 #[cfg(test)]
 mod tests;
 

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::visible::visible;
+
 /// Work that takes less gets no line.
 const SHOWN_AFTER: Duration = Duration::from_secs(2);
 
@@ -95,7 +97,7 @@ pub(crate) fn tick() {
         let style = style.unwrap_or_else(|_| ProgressStyle::default_spinner());
         ProgressBar::no_length().with_style(style)
     });
-    let line = format!("{}{}  {time}", work.name, work.unit);
+    let line = format!("{}{}  {time}", visible(&work.name), work.unit);
     match bar.message() == line {
         true => bar.tick(),
         false => bar.set_message(line),
@@ -136,7 +138,7 @@ pub(crate) fn wait_if_ending() {
 /// A line on stderr.
 pub(crate) fn as_it_is(line: &str) {
     // There is no place to report a lost stderr.
-    let _ = suspended(|| writeln!(io::stderr().lock(), "{line}"));
+    let _ = suspended(|| writeln!(io::stderr().lock(), "{}", visible(line)));
 }
 
 fn work() -> MutexGuard<'static, Option<Work>> {

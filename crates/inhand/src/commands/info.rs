@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use crate::console::{Console, by_finger, print};
 use crate::exit::Exit;
 use crate::options::Format;
+use crate::visible::one_line;
 
 /// Topic of a dictionary's own message.
 const DICTIONARY: &str = "/dictionary/model";
@@ -75,7 +76,7 @@ fn text(info: &FileInfo) -> String {
         let rate = (channel.rate_hz()).map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
         text += &format!(
             "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}  {:>8.2} MB\n",
-            channel.topic,
+            one_line(&channel.topic),
             channel.schema.as_deref().unwrap_or("-"),
             or_none(&channel.message_encoding),
             channel.messages,
@@ -116,10 +117,10 @@ fn text(info: &FileInfo) -> String {
         }
     }
     for name in info.metadata.0.keys() {
-        text += &format!("metadata  {name}\n");
+        text += &format!("metadata  {}\n", one_line(name));
     }
     for attachment in &info.attachments {
-        let (name, kind) = (&attachment.name, or_none(&attachment.media_type));
+        let (name, kind) = (one_line(&attachment.name), or_none(&attachment.media_type));
         text += &format!("attached  {name} ({kind}, {} bytes)\n", attachment.bytes);
     }
     text

@@ -1,12 +1,10 @@
 //! Two evaluations side by side: how statistics differ, with intervals.
 
-use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Measure};
+use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{ClusteredRows, Drawn, Draws};
+use inhand_statistics::bootstrap::{ClusteredRows, Drawn, Draws, SortedRows};
 
-use crate::intervals::{
-    FINGERS, SortedErrors, judged_by_both, ones_and_zeros, segment_contacts, segment_errors,
-};
+use crate::intervals::{FINGERS, judged_by_both, ones_and_zeros, segment_contacts, segment_errors};
 
 /// A method in the rows of an evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -46,13 +44,17 @@ pub fn compare_errors(
     paired: bool,
     bootstrap: Bootstrap,
 ) -> Result<Vec<ErrorChange>, BootstrapError> {
-    let sorted = |of: MethodOf<'_>| -> Result<SortedErrors, BootstrapError> {
-        SortedErrors::read(|finger| Ok(segment_errors(of.rows, of.method, finger)))
+    let sorted = |of: MethodOf<'_>| -> Result<Vec<SortedRows>, BootstrapError> {
+        let fingers = inhand_parallel::try_map(&Finger::ALL, |&finger| {
+            SortedRows::new(&segment_errors(of.rows, of.method, finger))
+        })?;
+        let all = SortedRows::merged(&fingers)?;
+        Ok([all].into_iter().chain(fingers).collect())
     };
-    let (first, second) = (sorted(after)?, sorted(before)?);
+    let samples = sorted(after)?.into_iter().zip(sorted(before)?);
     let mut changes = Vec::new();
-    for finger in FINGERS {
-        let samples = (first.rows(finger), second.rows(finger));
+    for (finger, (first, second)) in FINGERS.into_iter().zip(samples) {
+        let samples = (&first.into(), &second.into());
         let [first, second] = drawn(samples, paired, &Measure::ALL, &bootstrap)?;
         let values = first.values().iter().zip(second.values());
         let found = first.less(&second);

@@ -9,9 +9,9 @@ use inhand_model::{
     Bootstrap, EvaluationRows, Finger, HandAndFingers, Intervals, Measure, MeasureEstimates,
     MethodIntervals, PairedDifference, PerFinger, SharedContacts, in_contact,
 };
-use inhand_parallel::{map, try_map};
+use inhand_parallel::map;
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{ClusteredRows, Difference, Drawn, Draws};
+use inhand_statistics::bootstrap::{ClusteredRows, Difference, Drawn, Draws, SortedRows};
 use inhand_statistics::quantiles::sorted_statistics;
 
 use crate::constraints::is_known;
@@ -33,9 +33,9 @@ pub struct Contestant<'a> {
 
 /// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `sizes` how many of them
 /// each cluster has, `contacts` its counts, `None` where no object is known; all have the same clusters in the same
-/// order for every method. Each method is read once, and its errors are dropped before those of the next are read: many
-/// sessions do not fit into memory at once. `seen` gets the errors of each method when they are sorted, for other
-/// statistics of them.
+/// order for every method. Errors are read once, those of a finger of a method at a time: many sessions do not fit into
+/// memory at once. `seen` gets the errors of each method and finger, and then of all fingers, when they are sorted, for
+/// other statistics of them.
 ///
 /// # Errors
 ///
@@ -48,7 +48,7 @@ pub fn intervals<E: From<BootstrapError>>(
     errors: impl Fn(usize, Finger) -> Result<ErrorsByCluster, E>,
     sizes: impl Fn(usize, Finger) -> Vec<usize>,
     contacts: impl Fn(usize) -> Option<Vec<SharedContacts>>,
-    mut seen: impl FnMut(usize, &SortedErrors),
+    mut seen: impl FnMut(usize, Option<Finger>, &ClusteredRows),
 ) -> Result<Intervals, E> {
     let best = best_baseline(contestants);
     let default = contestants.iter().position(|method| method.name == default);
@@ -57,17 +57,26 @@ pub fn intervals<E: From<BootstrapError>>(
     let draws = Draws::new(&bootstrap, clusters.unwrap_or(0))?;
     let mut methods = Vec::with_capacity(contestants.len());
     for (place, contestant) in contestants.iter().enumerate() {
-        let sample = SortedErrors::read(|finger| errors(place, finger))?;
-        let drawn = sample.drawn(&draws)?;
+        let mut drawn_of = |finger, rows: &ClusteredRows| {
+            let drawn = Rc::new(rows.drawn(&draws, &Measure::ALL)?);
+            let own = pairs.iter_mut().filter(|pair| pair.finger == finger);
+            let own = own.filter(|pair| pair.methods.contains(&place));
+            take_side(own, place, rows, &drawn, &draws)?;
+            seen(place, finger, rows);
+            Ok::<_, BootstrapError>(drawn)
+        };
+        let (mut drawn, mut fingers) = (Vec::new(), Vec::new());
+        for finger in Finger::ALL {
+            let rows = ClusteredRows::new(&errors(place, finger)?)?;
+            drawn.push(drawn_of(Some(finger), &rows)?);
+            fingers.push(rows.into_rows());
+        }
+        let all = SortedRows::merged(&fingers)?;
+        drop(fingers);
+        drawn.insert(0, drawn_of(None, &all.into())?);
         let counts = contacts(place);
         let own = method_intervals(contestant.name, &drawn, counts.as_deref(), &draws)?;
         methods.push(own);
-        for (finger, drawn) in FINGERS.into_iter().zip(&drawn) {
-            let own = pairs.iter_mut().filter(|pair| pair.finger == finger);
-            let own = own.filter(|pair| pair.methods.contains(&place));
-            take_side(own, place, sample.rows(finger), drawn, &draws)?;
-        }
-        seen(place, &sample);
     }
     Ok(Intervals {
         bootstrap,
@@ -221,7 +230,7 @@ pub fn session_intervals(
             segments.map(|segment| judged(segment, finger)).collect()
         },
         |place| segment_contacts(rows, place, tau_m),
-        |_, _| (),
+        |_, _, _| (),
     )
 }
 
@@ -277,41 +286,6 @@ pub fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
         .map(|(place, _)| place)
 }
 
-/// Errors of a method, sorted: of each finger and of all.
-#[derive(Debug)]
-pub struct SortedErrors {
-    by_finger: Vec<ClusteredRows>,
-    all: ClusteredRows,
-}
-
-impl SortedErrors {
-    /// Those of a finger, or of all of them.
-    pub fn rows(&self, finger: Option<Finger>) -> &ClusteredRows {
-        finger.map_or(&self.all, |finger| &self.by_finger[finger.index()])
-    }
-
-    /// Sorts the errors of each finger.
-    pub(crate) fn read<E: From<BootstrapError>>(
-        errors: impl Fn(Finger) -> Result<ErrorsByCluster, E>,
-    ) -> Result<Self, E> {
-        // Two fingers may be in the same files, which are read one place at a time.
-        let errors = Finger::ALL.into_iter().map(errors);
-        let errors = errors.collect::<Result<Vec<_>, E>>()?;
-        let by_finger = try_map(&errors, |errors| ClusteredRows::new(errors))?;
-        drop(errors);
-        let all = ClusteredRows::merged(&by_finger.iter().collect::<Vec<_>>())?;
-        Ok(Self { by_finger, all })
-    }
-
-    /// In the order of [`FINGERS`].
-    fn drawn(&self, draws: &Draws) -> Result<Vec<Rc<Drawn>>, BootstrapError> {
-        let drawn = try_map(&FINGERS, |&finger| {
-            self.rows(finger).drawn(draws, &Measure::ALL)
-        })?;
-        Ok(drawn.into_iter().map(Rc::new).collect())
-    }
-}
-
 /// Each measure of ascending rows; NaN without any.
 fn measures_of(rows: &[f64]) -> [f64; Measure::ALL.len()] {
     let of_all = sorted_statistics(rows, 0, 0);
@@ -348,10 +322,7 @@ fn method_intervals(
     let mut found = drawn.iter().map(|drawn| estimates(drawn));
     Ok(MethodIntervals {
         method: method.to_owned(),
-        error: HandAndFingers {
-            all: found.next().flatten(),
-            by_finger: PerFinger::from_fn(|_| found.next().flatten()),
-        },
+        error: HandAndFingers::from_fn(|_| found.next().flatten()),
         three_or_more,
         three_or_more_less_recorded,
     })

@@ -94,9 +94,7 @@ pub use compare::{MethodOf, compare_contacts, compare_errors, same_segments};
 pub use contacts::motion_contacts;
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
-pub use intervals::{
-    Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals, session_intervals,
-};
+pub use intervals::{Contestant, ErrorsByCluster, best_baseline, intervals, session_intervals};
 pub use method::evaluate_method;
 pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};
 pub use outliers::outliers;

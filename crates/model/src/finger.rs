@@ -164,6 +164,16 @@ pub struct HandAndFingers<T> {
     pub by_finger: PerFinger<T>,
 }
 
+impl<T> HandAndFingers<T> {
+    /// The value of all fingers (`None`), then that of each.
+    pub fn from_fn(mut value: impl FnMut(Option<Finger>) -> T) -> Self {
+        Self {
+            all: value(None),
+            by_finger: PerFinger::from_fn(|finger| value(Some(finger))),
+        }
+    }
+}
+
 impl<T> Index<Finger> for PerFinger<T> {
     type Output = T;
 

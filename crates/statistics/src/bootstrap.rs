@@ -35,6 +35,7 @@
 
 mod draws;
 mod rows;
+mod sorted;
 
 use inhand_model::{Bootstrap, Estimate, Measure};
 use rand_chacha::ChaCha8Rng;
@@ -42,6 +43,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 pub use self::draws::{Drawn, Draws};
 pub use self::rows::ClusteredRows;
+pub use self::sorted::SortedRows;
 use crate::error::BootstrapError;
 
 /// Difference of a statistic between two samples.

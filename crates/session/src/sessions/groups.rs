@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use inhand_evaluation::SortedErrors;
-use inhand_model::{Finger, GroupSummary, HandAndFingers, PerFinger, Protocol, Statistics};
+use inhand_model::{Finger, GroupSummary, HandAndFingers, Protocol, Statistics};
+use inhand_statistics::bootstrap::ClusteredRows;
 use inhand_statistics::quantiles::sorted_statistics;
 
 use super::part::Part;
@@ -29,30 +29,29 @@ impl Groups {
         Self(groups)
     }
 
-    /// Each group's errors of a method, whose clusters are the sessions.
-    pub(super) fn summaries(
+    /// Errors of each group with a method and a finger; the clusters of the rows are the sessions.
+    pub(super) fn statistics(
         &self,
         parts: &[Part],
         protocol: Protocol,
         method: &str,
-        errors: &SortedErrors,
+        (finger, rows): (Option<Finger>, &ClusteredRows),
+    ) -> Vec<Statistics> {
+        (self.0.values())
+            .map(|sessions| {
+                let members = sessions.iter().map(|&session| &parts[session]);
+                let (filled, left_out) = counts(members, protocol, method, finger);
+                sorted_statistics(&rows.of_clusters(sessions), filled, left_out)
+            })
+            .collect()
+    }
+
+    /// Summaries of all groups with a method, of which `error` gives that of a finger and a group.
+    pub(super) fn summaries(
+        &self,
+        method: &str,
+        error: impl Fn(Option<Finger>, usize) -> Statistics,
     ) -> Vec<GroupSummary> {
-        let mut group = vec![0; parts.len()];
-        for (place, sessions) in self.0.values().enumerate() {
-            sessions.iter().for_each(|&session| group[session] = place);
-        }
-        let of = |finger: Option<Finger>| -> Vec<Statistics> {
-            let pooled = errors.rows(finger).by_group(&group);
-            (self.0.values().zip(&pooled))
-                .map(|(sessions, pooled)| {
-                    let members = sessions.iter().map(|&session| &parts[session]);
-                    let (filled, left_out) = counts(members, protocol, method, finger);
-                    sorted_statistics(pooled, filled, left_out)
-                })
-                .collect()
-        };
-        let all = of(None);
-        let by_finger = PerFinger::from_fn(|finger| of(Some(finger)));
         (self.0.iter().enumerate())
             .map(
                 |(place, ((participant, object, task), sessions))| GroupSummary {
@@ -61,10 +60,7 @@ impl Groups {
                     task: task.clone(),
                     sessions: sessions.len(),
                     method: method.to_owned(),
-                    error: HandAndFingers {
-                        all: all[place],
-                        by_finger: by_finger.each_ref().map(|of_groups| of_groups[place]),
-                    },
+                    error: HandAndFingers::from_fn(|finger| error(finger, place)),
                 },
             )
             .collect()

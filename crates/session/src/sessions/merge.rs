@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use inhand_evaluation::{Contestant, SortedErrors, best_baseline, intervals, outliers};
+use inhand_evaluation::{Contestant, best_baseline, intervals, outliers};
 use inhand_model::{
-    Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals, Level,
-    MethodEvaluation, MethodSummary, PerFinger, Protocol, SessionMethod, SessionSummary,
-    SettingDifference, Severity, SharedContacts, Statistics, Summary,
+    Bootstrap, Cluster, GroupSummary, HandAndFingers, HeldOutSummary, Intervals, Level,
+    MethodEvaluation, MethodSummary, Protocol, SessionMethod, SessionSummary, SettingDifference,
+    Severity, SharedContacts, Statistics, Summary,
 };
 use inhand_statistics::quantiles::sorted_statistics;
 
@@ -122,10 +122,11 @@ fn pooled(
         })
         .collect();
     let default = methods.iter().position(|name| name == default_method);
-    let shown = [default, best_baseline(&contestants)];
+    let best = best_baseline(&contestants).filter(|&best| Some(best) != default);
+    let shown = [default, best];
 
     let groups = Groups::new(parts);
-    let (mut summaries, mut of_groups) = (BTreeMap::new(), BTreeMap::new());
+    let (mut errors, mut of_groups) = (BTreeMap::new(), BTreeMap::new());
     let intervals = intervals(
         &contestants,
         default_method,
@@ -146,28 +147,33 @@ fn pooled(
                 .collect()
         },
         |place| contact_counts(&of_parts[place]),
-        |place, errors| {
+        |place, finger, rows| {
             let name = &methods[place];
-            let own = summary(parts, protocol, of_parts[place][0], errors);
-            summaries.insert(place, own);
+            let (filled, left_out) = counts(parts, protocol, name, finger);
+            let own = sorted_statistics(rows.sorted(), filled, left_out);
+            errors.insert((place, finger), own);
             if shown.contains(&Some(place)) {
-                of_groups.insert(place, groups.summaries(parts, protocol, name, errors));
+                let own = groups.statistics(parts, protocol, name, (finger, rows));
+                of_groups.insert((place, finger), own);
             }
         },
     )?;
+    let summary = |(place, of_parts): (usize, &Vec<&MethodEvaluation>)| MethodSummary {
+        name: methods[place].clone(),
+        description: of_parts[0].description.clone(),
+        baseline: of_parts[0].baseline,
+        error: HandAndFingers::from_fn(|finger| errors[&(place, finger)]),
+        contacts: added(of_parts.iter().filter_map(|method| shared(method))),
+    };
+    // The method to look at first comes first.
+    let of_shown = shown.into_iter().flatten().flat_map(|place| {
+        let error = |finger, group: usize| of_groups[&(place, finger)][group];
+        groups.summaries(&methods[place], error)
+    });
     Ok(Pooled {
-        methods: (summaries.into_values().zip(&of_parts))
-            .map(|(summary, of_parts)| MethodSummary {
-                contacts: added(of_parts.iter().filter_map(|method| shared(method))),
-                ..summary
-            })
-            .collect(),
+        methods: of_parts.iter().enumerate().map(summary).collect(),
         intervals,
-        // The method to look at first comes first.
-        groups: (shown.iter().flatten())
-            .filter_map(|place| of_groups.remove(place))
-            .flatten()
-            .collect(),
+        groups: of_shown.collect(),
     })
 }
 
@@ -275,28 +281,6 @@ fn pooled_mean<'a>(errors: impl Iterator<Item = &'a Statistics>) -> f64 {
             (n + error.n as f64, sum + error.mean * error.n as f64)
         });
     sum / n
-}
-
-fn summary(
-    parts: &[Part],
-    protocol: Protocol,
-    first: &MethodEvaluation,
-    errors: &SortedErrors,
-) -> MethodSummary {
-    let of = |finger: Option<Finger>| {
-        let (filled, left_out) = counts(parts, protocol, &first.name, finger);
-        sorted_statistics(errors.rows(finger).sorted(), filled, left_out)
-    };
-    MethodSummary {
-        name: first.name.clone(),
-        description: first.description.clone(),
-        baseline: first.baseline,
-        error: HandAndFingers {
-            all: of(None),
-            by_finger: PerFinger::from_fn(|finger| of(Some(finger))),
-        },
-        contacts: None,
-    }
 }
 
 /// Counts behind the shares that an evaluation states; shares of whole instants come back exactly.

@@ -187,8 +187,8 @@ impl Part {
         method: &str,
         finger: Finger,
     ) -> Result<Vec<f64>, SessionError> {
-        let errors = (self.rows(protocol)?.error_m(method, finger)).in_file(&self.path)?;
-        let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
+        let mut errors = (self.rows(protocol)?.error_m(method, finger)).in_file(&self.path)?;
+        errors.retain(|error| error.is_finite());
         self.check_errors(protocol, method, finger, &errors)?;
         Ok(errors)
     }

@@ -2,7 +2,9 @@
 
 use inhand_model::{Bootstrap, Cluster, Estimate, Measure};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{ClusteredRows, differences, draw_clusters, intervals};
+use inhand_statistics::bootstrap::{
+    ClusteredRows, SortedRows, differences, draw_clusters, intervals,
+};
 use inhand_statistics::quantiles::quantile;
 use proptest::prelude::*;
 use serde_json::Value;
@@ -290,13 +292,17 @@ proptest! {
         let together: Vec<Vec<f64>> = (0..parts[0].len())
             .map(|cluster| parts.iter().flat_map(|part| part[cluster].clone()).collect())
             .collect();
-        let sorted: Vec<ClusteredRows> =
-            parts.iter().map(|part| ClusteredRows::new(part).unwrap()).collect();
-        let merged = ClusteredRows::merged(&sorted.iter().collect::<Vec<_>>()).unwrap();
+        let sorted: Vec<SortedRows> =
+            parts.iter().map(|part| SortedRows::new(part).unwrap()).collect();
+        let merged = ClusteredRows::from(SortedRows::merged(&sorted).unwrap());
         let expected = ClusteredRows::new(&together).unwrap();
         prop_assert_eq!(merged.sorted(), expected.sorted());
         prop_assert_eq!(merged.by_cluster(), expected.by_cluster());
-        prop_assert_eq!(&merged.by_group(&vec![0; together.len()])[0], merged.sorted());
+        let all: Vec<usize> = (0..together.len()).collect();
+        prop_assert_eq!(&*merged.of_clusters(&all), merged.sorted());
+        let mut rest: Vec<f64> = together[1..].concat();
+        rest.sort_by(f64::total_cmp);
+        prop_assert_eq!(&*merged.of_clusters(&all[1..]), rest);
         let resampling = bootstrap(20, 3, 0.9);
         // Small whole numbers add up exactly in any order.
         prop_assert_eq!(

@@ -148,9 +148,10 @@ fn write_simulated(
             inhand_capture::motive::write(&take.recording, out).in_file(path)
         }),
         TakeFormat::Mcap => {
+            let recording = take.rounded_recording();
             let file = TakeFile {
                 provenance: std::slice::from_ref(provenance),
-                ..TakeFile::new(&take.recording)
+                ..TakeFile::new(&recording)
             };
             take_file::write_parts(path, &file, Views::None)
         }

@@ -1,7 +1,8 @@
 //! Additions of the recording to the truth: noise, fits, signs, gaps, names.
 
 use inhand_model::{
-    BodyKind, Finger, Frame, MarkerKind, Pose, RotationOrder, Status, TrackedBody, UpAxis, World,
+    BodyKind, Finger, Frame, MarkerKind, Pose, Position, RotationOrder, Status, TrackedBody,
+    UpAxis, World,
 };
 use inhand_simulation::{GapSettings, SimulatedTake, TakeSettings, simulate};
 
@@ -162,4 +163,47 @@ fn an_object_that_is_not_tracked_is_left_out() {
     assert!(take.recording.body("Object").is_none());
     assert!(take.recording.marker("Object:Marker1").is_none());
     assert_eq!(take.truth.world_from_object.len(), 200);
+}
+
+#[test]
+fn files_hold_lengths_to_a_micrometre() {
+    let take = cube(|s| (s.duration_s, s.gaps) = (10.0, Some(GapSettings::with_share(0.02))));
+    let rounded = take.rounded_recording();
+    let is_rounded = |exact_m: f64, found_m: f64| {
+        (found_m * f64::from(1 << 20)).fract() == 0.0 && (found_m - exact_m).abs() < 0.48e-6
+    };
+    for (exact, found) in take.recording.markers.iter().zip(&rounded.markers) {
+        assert_eq!(exact.track.statuses(), found.track.statuses());
+        for (exact, found) in exact.track.iter().zip(found.track.iter()) {
+            let exact = exact.map(Position::to_array).into_iter().flatten();
+            let found = found.map(Position::to_array).into_iter().flatten();
+            assert!(
+                exact
+                    .zip(found)
+                    .all(|(exact, found)| is_rounded(exact, found))
+            );
+        }
+    }
+    for (exact, found) in take.recording.bodies.iter().zip(&rounded.bodies) {
+        for (exact, found) in exact.track.iter().zip(found.track.iter()) {
+            let (exact, found) = (exact.unwrap(), found.unwrap());
+            assert_eq!(exact.quaternion_xyzw(), found.quaternion_xyzw());
+            let places = (exact.origin().to_array().into_iter()).zip(found.origin().to_array());
+            assert!(
+                places
+                    .into_iter()
+                    .all(|(exact, found)| is_rounded(exact, found))
+            );
+        }
+        let errors = exact
+            .marker_error_m
+            .iter()
+            .flatten()
+            .zip(found.marker_error_m.iter().flatten());
+        assert!(
+            errors
+                .into_iter()
+                .all(|(&exact, &found)| is_rounded(exact, found))
+        );
+    }
 }

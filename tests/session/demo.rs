@@ -64,3 +64,19 @@ fn a_cylinder_session_runs_from_code() {
     let shares: Vec<_> = contact.by_tau.iter().map(|at| at.three_or_more).collect();
     assert!(shares.is_sorted(), "{shares:?}");
 }
+
+#[test]
+fn a_killed_simulation_can_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut simulated = SessionSettings::new("cube:0.05".parse().unwrap());
+    (simulated.train_takes, simulated.take.duration_s) = (1, 2.0);
+    let unfinished = folder.path().join("test/.inhand-unfinished-1-2-abc");
+    std::fs::create_dir(unfinished.parent().unwrap()).unwrap();
+    std::fs::write(&unfinished, "").unwrap();
+    // No take can be written into it.
+    std::fs::write(folder.path().join("train"), "").unwrap();
+    let refused = simulate_session(folder.path(), &simulated, 3, TakeFormat::Mcap, false);
+    assert!(refused.is_err());
+    assert!(folder.path().join(inhand_session::SETTINGS_FILE).is_file());
+    assert!(!unfinished.exists(), "of a process that was killed");
+}

@@ -49,12 +49,18 @@ pub fn simulate_session(
         output::check_target(target, &[], || force)?;
     }
     refuse_other_takes(folder, &files)?;
+    for role in [Role::Train, Role::Test] {
+        output::remove_unfinished(&folder.join(role.name()), false);
+    }
     let provenance = Provenance {
         tool: TOOL.to_owned(),
         step: "simulate".to_owned(),
         settings_json: format!("{{\"seed\":{seed}}}"),
         inputs: Vec::new(),
     };
+    // Before the takes: it says that a session which a killed process left behind is a simulated one.
+    let text = format!("[object]\nshape = \"{}\"\n", simulated.take.shape);
+    output::write_text(&settings_path, &text)?;
     inhand_parallel::try_map(&files, |(path, take)| {
         write_simulated(path, take, format, &provenance)
     })?;
@@ -64,8 +70,6 @@ pub fn simulate_session(
             output::write_text(&truth, &faults_json(take))?;
         }
     }
-    let text = format!("[object]\nshape = \"{}\"\n", simulated.take.shape);
-    output::write_text(&settings_path, &text)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 

@@ -114,7 +114,10 @@ fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
 /// The error for an intact file without `what` was looked for: lists the topics that it has.
 pub fn absent(bytes: &[u8], file_name: &str, what: &str, hint: &str) -> ChannelError {
     let topics = match info(bytes, file_name) {
-        Ok(info) => info.channels.into_iter().map(|channel| channel.topic),
+        Ok(info) => info.channels.into_iter().map(|channel| {
+            let schema = channel.schema.as_deref().unwrap_or("no schema");
+            format!("{} ({schema}, {})", channel.topic, channel.message_encoding)
+        }),
         Err(error) => return error,
     };
     let topics: Vec<String> = topics.take(20).collect();

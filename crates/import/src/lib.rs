@@ -1,5 +1,5 @@
-//! Third-party MCAP recordings as takes: ROS 2 bags of motion-capture drivers, and messages of package
-//! `foxglove`. Turns the bytes of a file into a [`Recording`].
+//! Third-party MCAP recordings as takes: ROS 2 bags of motion-capture drivers, ROS 1 messages in MCAP, and messages
+//! of package `foxglove`. Turns the bytes of a file into a [`Recording`].
 //!
 //! ```no_run
 //! use inhand_import::{ImportSettings, read_recording};
@@ -14,6 +14,8 @@
 //! Files and messages that zstd packed are read.
 //!
 //! A message kind is a file in `ros` or `foxglove` and one line in the registry beside it.
+//!
+//! CDR stands for itself and for the encoding `ros1` of the same message in ROS 1.
 //!
 //! | message | encoding | read as |
 //! | --- | --- | --- |
@@ -34,8 +36,12 @@
 //!   number, or a rate of television, where the stamps single that one out: they are within a
 //!   fifth of a period of an even clock (root mean square), and no other such rate is
 //!   within the error.
+//!   Stamps are those of the marker or body that comes most often, so that a driver may send a message for each
+//!   marker of a frame. A clock at which most samples are empty is refused unless the user sets the rate.
 //! * **Samples**: each message goes to the nearest instant of a phase that follows the stamps. An
-//!   instant without a message is a missing sample; of two messages for one sample the first is taken.
+//!   instant without a message is a missing sample. A message that was stamped with the next one, as where it waited
+//!   to be sent, goes to the empty sample before it; of several messages that remain for a sample the nearest in
+//!   time is taken.
 //! * **Missing** is what is not in a message, not finite, or, as drivers without a notion of missing
 //!   send it, exactly at the origin.
 //! * **Frames**: transforms are chained up to the highest frame that moves. Frames of messages are
@@ -170,13 +176,16 @@ fn gather<'a>(
                         if viewed && channel.topic.starts_with(VIEW_TOPICS) {
                             return None;
                         }
-                        let format = find_kind(schema, encoding)?;
+                        let Some(format) = find_kind(schema, encoding) else {
+                            gathered.other_encoding(&channel.topic, schema, encoding);
+                            return None;
+                        };
                         gathered.topic(&channel.topic, schema, encoding, format)
                     });
                 }
                 Record::Message { header, data } => {
                     if let Some(&Some(topic)) = channels.get(&header.channel_id) {
-                        let data = unpacked_message(data, &gathered.topics[topic].encoding);
+                        let data = unpacked_message(data, gathered.topics[topic].encoding);
                         gathered.message(topic, header.log_time, header.publish_time, &data)?;
                     }
                 }
@@ -185,6 +194,7 @@ fn gather<'a>(
             Ok(())
         },
     )?;
+    gathered.end();
     Ok((gathered, profile))
 }
 
@@ -276,6 +286,9 @@ fn recording(
 /// for topics that are not there.
 fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
     let mut findings = Vec::new();
+    for (topic, what) in &gathered.other_encodings {
+        findings.push(Finding::warning(topic.clone(), format!("{what}: left out")));
+    }
     for topic in &gathered.topics {
         let mut warn = |message| findings.push(Finding::warning(topic.name.clone(), message));
         if let Some((number, fault)) = &topic.first_fault {
@@ -328,16 +341,23 @@ fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> Ch
             found: fault.found,
         })
     });
+    let encodings = gathered.other_encodings.iter().next();
+    let encodings = encodings.map_or_else(String::new, |(topic, what)| {
+        format!("{topic} has {what}; record it in one of those encodings, or convert the file; ")
+    });
+    let hint = format!(
+        "{encodings}readable are the ROS messages PoseStamped, PointStamped, PoseArray, \
+         TransformStamped, TFMessage, mocap4r2 Markers and RigidBodies in CDR (ROS 2) or ros1, and \
+         foxglove.PoseInFrame, PosesInFrame, FrameTransform(s) and PointCloud in protobuf or JSON; \
+         [topics] in the settings says what their topics are"
+    );
     faulty.unwrap_or_else(|| {
         absent(
             bytes,
             file_name,
             "take: neither a recording of inhand (metadata record \"inhand.recording\") nor markers, \
              poses or transforms on a topic that can be read",
-            "readable are the ROS 2 messages PoseStamped, PointStamped, PoseArray, TransformStamped, \
-             TFMessage, mocap4r2 Markers and RigidBodies in CDR, and foxglove.PoseInFrame, \
-             PosesInFrame, FrameTransform(s) and PointCloud in protobuf or JSON; [topics] in the \
-             settings says what their topics are",
+            &hint,
         )
     })
 }

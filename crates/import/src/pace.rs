@@ -178,6 +178,9 @@ pub(crate) struct Grid {
     knots: Vec<(f64, u64)>,
 }
 
+/// Stamps further apart than this are those before and after a pause.
+const PAUSE_S: f64 = 1.0;
+
 /// First stamps that the start of the take is taken from.
 const START_STAMPS: usize = 100;
 
@@ -210,6 +213,15 @@ impl Grid {
     /// Samples at which there is a stamp.
     pub(crate) fn stamped(&self) -> u64 {
         self.knots.len() as u64
+    }
+
+    /// Whether most samples are empty between stamps that are less than [`PAUSE_S`] apart: a pause says nothing of
+    /// the clock, and messages that waited share samples now and fill others later.
+    pub(crate) fn is_mostly_empty(&self, messages: usize) -> bool {
+        let steps = self.knots.windows(2).map(|pair| pair[1].1 - pair[0].1);
+        let short = steps.filter(|&steps| steps as f64 * self.period_s < PAUSE_S);
+        let empty: u64 = short.map(|steps| steps - 1).sum();
+        empty > self.stamped().max(messages as u64)
     }
 
     /// Time of sample 0.

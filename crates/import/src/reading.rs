@@ -82,31 +82,38 @@ pub(crate) const CLOUDS: u8 = 2;
 /// Rank of transforms, which robots send of all their parts.
 pub(crate) const TRANSFORMS: u8 = 3;
 
+/// A message as it is stored.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stored<'a> {
+    pub(crate) encoding: &'static str,
+    pub(crate) bytes: &'a [u8],
+}
+
 /// The contents of a message.
 pub(crate) type Readings<'a> = Result<Vec<Reading<'a>>, Fault>;
 
-/// A message type in one encoding.
+/// A message type in the encodings in which it is read alike.
 #[derive(Debug)]
 pub(crate) struct MessageKind {
     /// Names of its schema, without the folder `msg` that ROS 2 puts in.
     pub(crate) schemas: &'static [&'static str],
-    pub(crate) encoding: &'static str,
+    pub(crate) encodings: &'static [&'static str],
     /// Priority of topics of this kind, 0 highest.
     pub(crate) rank: u8,
     /// Decodes a message.
-    pub(crate) read: for<'a> fn(&'a [u8]) -> Readings<'a>,
+    pub(crate) read: for<'a> fn(Stored<'a>) -> Readings<'a>,
 }
 
 impl MessageKind {
     pub(crate) const fn new(
-        encoding: &'static str,
+        encodings: &'static [&'static str],
         schemas: &'static [&'static str],
         rank: u8,
-        read: for<'a> fn(&'a [u8]) -> Readings<'a>,
+        read: for<'a> fn(Stored<'a>) -> Readings<'a>,
     ) -> Self {
         Self {
             schemas,
-            encoding,
+            encodings,
             rank,
             read,
         }

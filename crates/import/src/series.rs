@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::reading::{Fault, Item, Kind, Label, MessageKind, Reading};
+use crate::message_kinds::kinds_of;
+use crate::reading::{Fault, Item, Kind, Label, MessageKind, Reading, Stored};
 use crate::topics::{ImportSettings, TopicUse, name_of_topic};
 use inhand_channels::ChannelError;
 
@@ -31,6 +32,8 @@ pub(crate) struct Times {
     pub(crate) stamp: Vec<u64>,
     pub(crate) publish: Vec<u64>,
     pub(crate) log: Vec<u64>,
+    /// Messages of the series that comes most often: one for each frame, where a frame has several messages too.
+    pub(crate) frames: Vec<u32>,
 }
 
 /// A topic that is read, and what was found on it.
@@ -38,7 +41,7 @@ pub(crate) struct Times {
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) schema: String,
-    pub(crate) encoding: String,
+    pub(crate) encoding: &'static str,
     pub(crate) format: &'static MessageKind,
     pub(crate) setting: Option<TopicUse>,
     /// Whether the user named the topic, or one thing on it.
@@ -110,6 +113,19 @@ pub(crate) struct Gathered<'a> {
     pub(crate) streams: Vec<Times>,
     pub(crate) series: Vec<Series>,
     pub(crate) statics: BTreeMap<String, Static>,
+    /// Topics of messages that are read, but not in their encoding, and what they are.
+    pub(crate) other_encodings: BTreeMap<String, String>,
+}
+
+impl Times {
+    /// The times of the messages that make frames.
+    pub(crate) fn of_frames<T: Copy>(&self, times: &[T]) -> Vec<T> {
+        let of_frames = self
+            .frames
+            .iter()
+            .filter_map(|&message| times.get(message as usize));
+        of_frames.copied().collect()
+    }
 }
 
 impl<'a> Gathered<'a> {
@@ -122,6 +138,35 @@ impl<'a> Gathered<'a> {
             streams: Vec::new(),
             series: Vec::new(),
             statics: BTreeMap::new(),
+            other_encodings: BTreeMap::new(),
+        }
+    }
+
+    /// Notes a channel whose message is read, where it is so in other encodings alone.
+    pub(crate) fn other_encoding(&mut self, topic: &str, schema: &str, encoding: &str) {
+        let encodings: Vec<&str> =
+            (kinds_of(schema).flat_map(|kind| kind.encodings.iter().copied())).collect();
+        if !encodings.is_empty() && self.settings.topics.get(topic) != Some(&TopicUse::Ignore) {
+            let encodings = encodings.join(", ");
+            let what =
+                format!("{schema} in encoding \"{encoding}\", which is read in {encodings} alone");
+            self.other_encodings.insert(topic.to_owned(), what);
+        }
+    }
+
+    /// The end of the file: finds the messages that make the frames of each stream.
+    pub(crate) fn end(&mut self) {
+        let mut fullest: BTreeMap<usize, usize> = BTreeMap::new();
+        for (index, series) in self.series.iter().enumerate() {
+            let best = fullest.entry(series.stream).or_insert(index);
+            if self.series[*best].message.len() < series.message.len() {
+                *best = index;
+            }
+        }
+        for (stream, best) in fullest {
+            self.streams[stream]
+                .frames
+                .clone_from(&self.series[best].message);
         }
     }
 
@@ -140,7 +185,10 @@ impl<'a> Gathered<'a> {
         if setting == Some(TopicUse::Ignore) && !part_used {
             return None;
         }
-        let same = |topic: &Topic| topic.name == name && std::ptr::eq(topic.format, format);
+        let encoding = (format.encodings.iter().copied()).find(|known| *known == encoding)?;
+        let same = |topic: &Topic| {
+            topic.name == name && topic.encoding == encoding && std::ptr::eq(topic.format, format)
+        };
         if let Some(known) = self.topics.iter().position(same) {
             self.topics[known].channels += 1;
             return Some(known);
@@ -148,7 +196,7 @@ impl<'a> Gathered<'a> {
         self.topics.push(Topic {
             name: name.to_owned(),
             schema: schema.to_owned(),
-            encoding: encoding.to_owned(),
+            encoding,
             format,
             named: part_used || setting.is_some(),
             setting,
@@ -175,7 +223,10 @@ impl<'a> Gathered<'a> {
     ) -> Result<(), ChannelError> {
         let number = self.topics[topic].messages;
         self.topics[topic].messages += 1;
-        let readings = match (self.topics[topic].format.read)(data) {
+        let readings = match (self.topics[topic].format.read)(Stored {
+            encoding: self.topics[topic].encoding,
+            bytes: data,
+        }) {
             Ok(readings) => readings,
             Err(fault) => {
                 self.topics[topic].unreadable += 1;

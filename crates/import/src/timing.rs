@@ -40,6 +40,8 @@ pub(crate) struct Timing {
     source: TimeSource,
     /// From stamps to log times, seconds: least, median and most.
     latency_s: Option<[f64; 3]>,
+    /// The topic that the clock is taken from.
+    pub(crate) place: String,
     pub(crate) findings: Vec<Finding>,
 }
 
@@ -91,7 +93,7 @@ impl Timing {
         series: usize,
         settings: &ImportSettings,
     ) -> Result<Self, ChannelError> {
-        let messages = |c: &&Candidate| gathered.streams[c.stream].log.len();
+        let messages = |c: &&Candidate| gathered.streams[c.stream].frames.len();
         // The first of those with most messages.
         let best = reference.iter().rev().max_by_key(messages);
         let Some(&Candidate { stream, pace, .. }) = best else {
@@ -104,8 +106,7 @@ impl Timing {
             TimeSource::Publish | TimeSource::Log => None,
         };
         let mut times: Vec<u64> = (reference.iter())
-            .flat_map(|c| capture_times(&gathered.streams[c.stream], source, None))
-            .flatten()
+            .flat_map(|c| frame_times(&gathered.streams[c.stream], source, pace.period_s))
             .collect();
         times.sort_unstable();
         let unclear = |found: String| {
@@ -117,6 +118,10 @@ impl Timing {
             )
         };
         let grid = Grid::new(&times, pace.period_s).ok_or_else(|| unclear("none".to_owned()))?;
+        let messages = gathered.streams[stream].frames.len();
+        if settings.rate_hz.is_none() && grid.is_mostly_empty(messages) {
+            return Err(mostly_empty(gathered, topic, &grid, rate_hz));
+        }
         let stored: usize = gathered.series.iter().map(|s| s.message.len()).sum();
         let limit = LEFT_OUT_PER_SAMPLE
             .saturating_mul(stored as u64)
@@ -144,10 +149,10 @@ impl Timing {
             grid,
             source,
             latency_s,
+            place: gathered.topics[topic].name.clone(),
             findings: Vec::new(),
         };
-        let place = &gathered.topics[topic].name;
-        timing.findings = timing.clock_findings(place, pace, settings);
+        timing.findings = timing.clock_findings(pace, settings);
         Ok(timing)
     }
 
@@ -157,7 +162,8 @@ impl Timing {
     }
 
     /// Findings about the clock that is used, and how it was found.
-    fn clock_findings(&self, place: &str, pace: Pace, settings: &ImportSettings) -> Vec<Finding> {
+    fn clock_findings(&self, pace: Pace, settings: &ImportSettings) -> Vec<Finding> {
+        let place = self.place.as_str();
         let (measured, rate_hz) = (pace.rate_hz(), self.clock.rate_hz());
         let numbers = format!(
             "{measured:.4} Hz measured (± {:.4}), jitter {:.2} ms",
@@ -205,15 +211,7 @@ impl Timing {
                 Finding::warning(place, message)
             }
         };
-        let frames = self.grid.len();
-        let left_out = frames - self.grid.stamped();
-        let left_out = (left_out > 0).then(|| {
-            let message = format!(
-                "{left_out} of {frames} frames are in no message: taken as missing samples"
-            );
-            Finding::warning(place, message)
-        });
-        [rate, source].into_iter().chain(left_out).collect()
+        vec![rate, source]
     }
 }
 
@@ -223,6 +221,40 @@ fn topic_of(gathered: &Gathered<'_>, stream: usize) -> usize {
         .iter()
         .find(|series| series.stream == stream);
     series.map_or(0, |series| series.topic)
+}
+
+/// The error that a clock leaves most samples empty.
+fn mostly_empty(gathered: &Gathered<'_>, topic: usize, grid: &Grid, rate_hz: f64) -> ChannelError {
+    gathered.unclear(
+        topic,
+        "a clock at which most samples have a message".to_owned(),
+        format!(
+            "{rate_hz:.2} Hz by the distances of stamps, at which {} of {} samples have none: the messages come in \
+             bursts",
+            grid.len() - grid.stamped(),
+            grid.len()
+        ),
+        "set source.rate_hz to the rate of the cameras, or set this topic to \"ignore\" under [topics]",
+    )
+}
+
+/// Capture times of the frames of a stream: of the messages of its fullest series, and of those that are further than
+/// half a period from any of them. Where a frame has a message for each marker its time is that of one marker.
+fn frame_times(stream: &Times, source: TimeSource, period_s: f64) -> Vec<u64> {
+    let all = capture_times(stream, source, None);
+    let frames = stream.of_frames(&all).into_iter().flatten();
+    let mut frames: Vec<u64> = frames.collect();
+    frames.sort_unstable();
+    let half_ns = (period_s * 5e8) as u64;
+    let is_apart = |time: &u64| {
+        let after = frames.partition_point(|frame| frame < time);
+        let near = [after.checked_sub(1), Some(after)];
+        let mut near = near.into_iter().flatten().filter_map(|k| frames.get(k));
+        !near.any(|frame| frame.abs_diff(*time) <= half_ns)
+    };
+    let mut others: Vec<u64> = all.into_iter().flatten().filter(is_apart).collect();
+    others.extend(frames);
+    others
 }
 
 /// The rate as set, as stamps single it out, or as measured.
@@ -257,9 +289,10 @@ fn source(gathered: &Gathered<'_>, streams: &[usize]) -> TimeSource {
         let usable = streams.iter().filter(|&&s| usable(&gathered.streams[s]));
         2 * usable.count() > streams.len()
     };
-    if share(&|times| are_distinct(&times.stamp)) {
+    let distinct = |times: &Times, of: &[u64]| are_distinct(&times.of_frames(of));
+    if share(&|times| distinct(times, &times.stamp)) {
         TimeSource::Stamp
-    } else if share(&|times| times.publish != times.log && are_distinct(&times.publish)) {
+    } else if share(&|times| times.publish != times.log && distinct(times, &times.publish)) {
         TimeSource::Publish
     } else {
         TimeSource::Log
@@ -282,13 +315,14 @@ fn candidates(
 ) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for &stream in streams {
-        let messages = gathered.streams[stream].log.len();
+        let times = &gathered.streams[stream];
+        let messages = times.frames.len();
         if let Some(known) = candidates.last_mut().filter(|known| known.stream == stream) {
             known.values += messages;
             continue;
         }
-        let times = capture_times(&gathered.streams[stream], source, None);
-        let mut times: Vec<u64> = times.into_iter().flatten().collect();
+        let captured = times.of_frames(&capture_times(times, source, None));
+        let mut times: Vec<u64> = captured.into_iter().flatten().collect();
         times.sort_unstable();
         times.dedup();
         let base = times.first().copied().unwrap_or(0);
@@ -357,7 +391,7 @@ fn capture_times(
     match source {
         TimeSource::Publish => times.publish.iter().copied().map(Some).collect(),
         TimeSource::Log => times.log.iter().copied().map(Some).collect(),
-        TimeSource::Stamp if !are_distinct(&times.stamp) => {
+        TimeSource::Stamp if !are_distinct(&times.of_frames(&times.stamp)) => {
             let Some([_, middle_s, _]) = latency_s else {
                 return vec![None; times.log.len()];
             };

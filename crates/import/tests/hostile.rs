@@ -33,12 +33,17 @@ fn a_file_with_nothing_to_read_lists_what_it_has() {
     bag.add("/chatter", ("std_msgs/msg/String", "cdr"), START, b"hello");
     bag.add(
         "/old/pose",
-        ("geometry_msgs/PoseStamped", "ros1"),
+        ("geometry_msgs/PoseStamped", "cdr2"),
         START,
         b"hello",
     );
     let error = refusal(&bag.end(), &ImportSettings::default());
-    for words in ["/chatter", "/old/pose", "PoseStamped", "[topics]"] {
+    for words in [
+        "/chatter (std_msgs/msg/String, cdr)",
+        "/old/pose",
+        "PoseStamped",
+        "[topics]",
+    ] {
         assert!(error.contains(words), "{words}: {error}");
     }
     let error = refusal(&Bag::new().end(), &ImportSettings::default());

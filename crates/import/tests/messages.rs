@@ -386,3 +386,93 @@ fn viewer_messages_in_json() {
         .map(String::into_bytes)
     }));
 }
+
+#[test]
+fn messages_of_ros_1_are_read_as_those_of_ros_2() {
+    fn header(k: u64) -> Vec<u8> {
+        let (seconds, nanos) = (stamp(k) / 1_000_000_000, stamp(k) % 1_000_000_000);
+        let numbers = [k as u32, seconds as u32, nanos as u32, 5].map(u32::to_le_bytes);
+        [numbers.concat(), b"world".to_vec()].concat()
+    }
+    fn reals(values: &[f64]) -> Vec<u8> {
+        values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect()
+    }
+    const NAME: &[u8] = b"\x04\0\0\0Cube";
+    let mut bag = Bag::new();
+    let ros1 = |schema| (schema, "ros1");
+    for k in 0..50 {
+        let pose = turned(k as f64, 1.0, 2.0);
+        let log = stamp(k) + 4_000_000;
+        let stamped = [header(k), reals(&pose)].concat();
+        bag.add(
+            "/Hand/pose",
+            ros1("geometry_msgs/PoseStamped"),
+            log,
+            &stamped,
+        );
+        let point = [header(k), reals(&[k as f64, 0.5, 0.25])].concat();
+        bag.add(
+            "/Thumb/point",
+            ros1("geometry_msgs/PointStamped"),
+            log,
+            &point,
+        );
+        let transform = [header(k), NAME.to_vec(), reals(&pose)].concat();
+        bag.add(
+            "/cube",
+            ros1("geometry_msgs/TransformStamped"),
+            log,
+            &transform,
+        );
+        let poses = [header(k), vec![2, 0, 0, 0], reals(&pose), reals(&pose)].concat();
+        bag.add("/poses", ros1("geometry_msgs/PoseArray"), log, &poses);
+    }
+    let recording = read(&bag.end());
+    assert_eq!(
+        (recording.len(), recording.clock.start_unix_nanos()),
+        (50, stamp(0))
+    );
+    assert_eq!(at(marker(&recording, "Thumb"), 49), Some([49.0, 0.5, 0.25]));
+    for name in ["Hand", "Cube"] {
+        let pose = body(&recording, name).track.get(7).unwrap();
+        assert_eq!(pose.origin().to_array(), [7.0, 1.0, 2.0], "{name}");
+        assert_eq!(pose.quaternion_xyzw(), [0.0, 0.0, 1.0, 0.0], "{name}");
+    }
+    assert_eq!(recording.bodies.len(), 4);
+    assert_eq!(
+        recording.source.header["topic /Hand/pose"],
+        "geometry_msgs/PoseStamped, ros1, 50 messages"
+    );
+    super::assert_found(&recording, "times are capture times");
+}
+
+#[test]
+fn an_encoding_that_is_not_read_is_named() {
+    let add = |bag: &mut Bag, k| {
+        let kind = ("geometry_msgs/msg/PoseStamped", "protobuf");
+        bag.add("/Hand/pose", kind, stamp(k), b"whatever");
+    };
+    let mut bag = Bag::new();
+    add(&mut bag, 0);
+    let error = super::refusal(&bag.end(), &Default::default());
+    let words = "/Hand/pose has geometry_msgs/msg/PoseStamped in encoding \"protobuf\", which is read in \
+                 cdr, ros1 alone; record it in one of those encodings, or convert the file";
+    assert!(error.contains(words), "{error}");
+    // Beside a topic that is read it is a finding, unless the user leaves it out.
+    let mut bag = Bag::new();
+    for k in 0..20 {
+        add(&mut bag, k);
+        let message = bag::markers(true, stamp(k), &[("Thumb", [1.0, 2.0, 3.0])]);
+        bag.add("/markers", bag::MARKERS, stamp(k), &message);
+    }
+    let bytes = bag.end();
+    super::assert_found(
+        &read(&bytes),
+        "/Hand/pose: geometry_msgs/msg/PoseStamped in encoding",
+    );
+    let settings = super::topics(&[("/Hand/pose", "ignore")]);
+    assert!(!super::findings(&super::read_with(&bytes, &settings)).contains("protobuf"));
+}

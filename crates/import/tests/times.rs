@@ -182,3 +182,172 @@ fn a_stream_without_stamps_beside_others_goes_by_log_times_less_their_delay() {
     let hand = &super::body(&recording, "Hand").track;
     assert_eq!(hand.get(42).unwrap().origin().to_array(), [42.0, 0.0, 0.0]);
 }
+
+/// Markers of a frame, each in a message of its own, stamped so many nanoseconds after the one before.
+fn a_message_for_each_marker(apart: u64, with: impl Fn(u64, usize) -> bool) -> Vec<u8> {
+    const NAMES: [&str; 4] = ["Thumb", "Index", "Middle", "Ring"];
+    let mut bag = Bag::new();
+    for k in 0..300 {
+        for (m, name) in NAMES.into_iter().enumerate().filter(|(m, _)| with(k, *m)) {
+            let stamp = stamp(k) + m as u64 * apart;
+            let message = bag::markers(true, stamp, &[(name, [k as f64 / 1e3, m as f64, 2.0])]);
+            bag.add("/markers", bag::MARKERS, stamp + 2_000_000, &message);
+        }
+    }
+    bag.end()
+}
+
+#[test]
+fn a_message_for_each_marker_is_a_frame_all_the_same() {
+    // Stamps alike, microseconds apart, and a third of a frame from the first to the last.
+    for apart in [0, 20_000, 1_000_000] {
+        let recording = read(&a_message_for_each_marker(apart, |_, _| true));
+        assert_eq!((recording.clock.rate_hz(), recording.len()), (100.0, 300));
+        assert_eq!(recording.clock.start_unix_nanos(), START, "{apart}");
+        assert_eq!(recording.markers.len(), 4);
+        for (m, marker) in recording.markers.iter().enumerate() {
+            for k in 0..300 {
+                assert_eq!(
+                    at(marker, k),
+                    Some([k as f64 / 1e3, m as f64, 2.0]),
+                    "{apart} {k}"
+                );
+            }
+        }
+        assert!(
+            !findings(&recording).contains("warning"),
+            "{}",
+            findings(&recording)
+        );
+        assert_found(&recording, "times are capture times");
+    }
+}
+
+#[test]
+fn a_marker_out_of_sight_has_no_message() {
+    let seen = |k: u64, m: usize| match m {
+        0 => !(10..20).contains(&k),
+        1 => k >= 5,
+        _ => !k.is_multiple_of(3),
+    };
+    let recording = read(&a_message_for_each_marker(20_000, seen));
+    assert_eq!((recording.clock.rate_hz(), recording.len()), (100.0, 300));
+    for (m, marker) in recording.markers.iter().enumerate() {
+        // Series come in the order of their first messages: the thumb, then the index or those behind.
+        let y = at(marker, 100).or(at(marker, 101)).unwrap()[1];
+        for k in 0..300 {
+            let expected = seen(k as u64, y as usize).then_some([k as f64 / 1e3, y, 2.0]);
+            assert_eq!(at(marker, k), expected, "{m} {k}");
+        }
+    }
+}
+
+/// Samples of one marker that waits, sample by sample, for the next to be sent with it.
+fn waiting(samples: u64, waits: impl Fn(u64) -> bool) -> Vec<u8> {
+    let sent = |k: u64| {
+        let last = (k..).find(|&k| !waits(k)).unwrap_or(k);
+        stamp(last) + noise(last, 300_000) + 1_000 * (k + 100 - last)
+    };
+    of((1..samples).map(|k| (k, sent(k), sent(k) + 2_000_000, 0)))
+}
+
+#[test]
+fn messages_that_wait_for_the_next_one_go_to_their_own_samples() {
+    // One of three waits, also two and more in a row; single frames are dropped for good.
+    let bytes = waiting(600, |k| noise(k, 3) == 0);
+    let recording = read(&bytes);
+    assert_eq!(recording.clock.rate_hz(), 100.0);
+    let thumb = marker(&recording, "Thumb");
+    let first = 600 - recording.len();
+    for k in 0..recording.len() {
+        let x = (first + k) as f64 / 1e3;
+        assert_eq!(at(thumb, k), Some([x, 1.0, 2.0]), "sample {k}");
+    }
+    assert_found(&recording, "values come with that of another sample");
+    assert!(!findings(&recording).contains("in no message"));
+}
+
+#[test]
+fn of_several_messages_for_a_sample_the_nearest_in_time_counts() {
+    // Two programs: each sample has a value 3 ms before and one at its instant.
+    let mut bag = Bag::new();
+    for k in 0..200 {
+        for (off, y) in [(0, 1.0), (3_000_000, 2.0)] {
+            let message = bag::markers(true, stamp(k) + off, &[("Thumb", [k as f64, y, 0.0])]);
+            bag.add("/markers", bag::MARKERS, stamp(k) + off, &message);
+        }
+        let message = bag::markers(true, stamp(k), &[("A", [0.0; 3]), ("B", [1.0; 3])]);
+        bag.add("/others", bag::MARKERS, stamp(k), &message);
+    }
+    let settings = ImportSettings {
+        rate_hz: Some(100.0),
+        ..ImportSettings::default()
+    };
+    let recording = read_with(&bag.end(), &settings);
+    assert_eq!(recording.len(), 200);
+    let ys: Vec<f64> = (0..200)
+        .map(|k| at(marker(&recording, "Thumb"), k).unwrap()[1])
+        .collect();
+    assert!(ys.iter().all(|&y| y == ys[0]), "{ys:?}");
+    assert_found(&recording, "200 values come again for a sample and differ");
+    assert_found(&recording, "the nearest in time is taken");
+    assert!(!findings(&recording).contains("come with that"));
+}
+
+#[test]
+fn a_clock_at_which_most_samples_are_empty_is_refused_until_the_user_states_a_rate() {
+    // Bursts of two and of five, a tenth of a millisecond apart.
+    for burst in [2, 5] {
+        let sent = |k: u64| {
+            let last = k / burst * burst + burst - 1;
+            stamp(last) + 100_000 * (k % burst)
+        };
+        let bytes = of((0..500).map(|k| (k, sent(k), sent(k), 0)));
+        let error = refusal(&bytes, &ImportSettings::default());
+        assert!(error.contains("/markers: expected a clock"), "{error}");
+        assert!(error.contains("found 10000.00 Hz"), "{error}");
+        assert!(error.contains("set source.rate_hz"), "{error}");
+        let settings = ImportSettings {
+            rate_hz: Some(100.0),
+            ..ImportSettings::default()
+        };
+        let recording = read_with(&bytes, &settings);
+        let before = 500 - recording.len();
+        assert!(before < burst as usize, "{before}");
+        for k in 0..recording.len() {
+            let x = (before + k) as f64 / 1e3;
+            assert_eq!(
+                at(marker(&recording, "Thumb"), k),
+                Some([x, 1.0, 2.0]),
+                "{burst} {k}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_long_pause_is_no_reason_to_refuse_a_clock() {
+    let seen = (0..3000).filter(|k| !(200..2800).contains(k));
+    let recording = read(&of(seen.map(|k| (k, stamp(k), stamp(k), 0))));
+    assert_eq!((recording.clock.rate_hz(), recording.len()), (100.0, 3000));
+    assert_found(&recording, "2600 of 3000 frames are in no message");
+}
+
+#[test]
+fn a_stamp_that_jitters_by_more_than_half_a_sample_takes_no_place_of_another() {
+    // Rarely 6 ms early or late, with the sample beside it empty for that; frames are dropped here and there.
+    let off = |k: u64| match k % 100 {
+        20 => 6_000_000,
+        60 => -6_000_000,
+        _ => noise(k, 1_000_000) as i64,
+    };
+    let kept = (0..1000).filter(|k| !matches!(k % 100, 12 | 55));
+    let bytes = of(kept.map(|k| (k, stamp(k).saturating_add_signed(off(k)), stamp(k), 0)));
+    let recording = read(&bytes);
+    assert_eq!((recording.clock.rate_hz(), recording.len()), (100.0, 1000));
+    for k in 0..1000 {
+        let expected = (!matches!(k % 100, 12 | 55)).then_some([k as f64 / 1e3, 1.0, 2.0]);
+        assert_eq!(at(marker(&recording, "Thumb"), k), expected, "sample {k}");
+    }
+    assert_found(&recording, "20 values come with that of another sample");
+}

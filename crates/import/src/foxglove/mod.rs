@@ -10,12 +10,12 @@ use ::foxglove::messages::{
 use prost::Message;
 
 use crate::reading::{
-    CLOUDS, Fault, Item, Kind, Label, MessageKind, POSES, Reading, Readings, TRANSFORMS, limited,
-    nanos,
+    CLOUDS, Fault, Item, Kind, Label, MessageKind, POSES, Reading, Readings, Stored, TRANSFORMS,
+    limited, nanos,
 };
 
-const PROTOBUF: &str = "protobuf";
-const JSON: &str = "json";
+const PROTOBUF: &[&str] = &["protobuf"];
+const JSON: &[&str] = &["json"];
 
 const POSE: &[&str] = &["foxglove.PoseInFrame"];
 const POSES_IN_FRAME: &[&str] = &["foxglove.PosesInFrame"];
@@ -26,32 +26,35 @@ const CLOUD: &[&str] = &["foxglove.PointCloud"];
 pub(super) const KINDS: &[MessageKind] = &[
     MessageKind::new(PROTOBUF, POSE, POSES, |m| pose(decode(m)?)),
     MessageKind::new(JSON, POSE, POSES, |m| {
-        pose(json::decode(m, json::pose_in_frame)?)
+        pose(json::decode(m.bytes, json::pose_in_frame)?)
     }),
     MessageKind::new(PROTOBUF, POSES_IN_FRAME, POSES, |m| poses(decode(m)?)),
     MessageKind::new(JSON, POSES_IN_FRAME, POSES, |m| {
-        poses(json::decode(m, json::poses_in_frame)?)
+        poses(json::decode(m.bytes, json::poses_in_frame)?)
     }),
     MessageKind::new(PROTOBUF, TRANSFORM, TRANSFORMS, |m| {
         Ok(vec![transform(decode(m)?)])
     }),
     MessageKind::new(JSON, TRANSFORM, TRANSFORMS, |m| {
-        Ok(vec![transform(json::decode(m, json::frame_transform)?)])
+        Ok(vec![transform(json::decode(
+            m.bytes,
+            json::frame_transform,
+        )?)])
     }),
     MessageKind::new(PROTOBUF, TRANSFORM_LIST, TRANSFORMS, |m| {
         transforms(decode(m)?)
     }),
     MessageKind::new(JSON, TRANSFORM_LIST, TRANSFORMS, |m| {
-        transforms(json::decode(m, json::frame_transforms)?)
+        transforms(json::decode(m.bytes, json::frame_transforms)?)
     }),
     MessageKind::new(PROTOBUF, CLOUD, CLOUDS, |m| cloud::points(&decode(m)?)),
     MessageKind::new(JSON, CLOUD, CLOUDS, |m| {
-        cloud::points(&json::decode(m, json::point_cloud)?)
+        cloud::points(&json::decode(m.bytes, json::point_cloud)?)
     }),
 ];
 
-fn decode<M: Message + Default>(message: &[u8]) -> Result<M, Fault> {
-    M::decode(message).map_err(|error| Fault::new("a protobuf message", error.to_string()))
+fn decode<M: Message + Default>(message: Stored<'_>) -> Result<M, Fault> {
+    M::decode(message.bytes).map_err(|error| Fault::new("a protobuf message", error.to_string()))
 }
 
 fn pose(message: PoseInFrame) -> Readings<'static> {

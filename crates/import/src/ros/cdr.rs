@@ -2,10 +2,16 @@
 //!
 //! Four bytes of header say the order of bytes; behind them every number is at a multiple of its
 //! own size, counted from the end of the header.
+//!
+//! ROS 1 stores the same numbers, texts and sequences one after the other: without header and padding, least
+//! significant byte first.
 
 use std::borrow::Cow;
 
-use crate::reading::Fault;
+use crate::reading::{Fault, Stored};
+
+/// Encoding of the messages of ROS 1.
+pub(crate) const ROS1: &str = "ros1";
 
 /// Bytes in front of the message: kind and options.
 const HEADER_BYTES: usize = 4;
@@ -21,15 +27,25 @@ pub(crate) struct Cdr<'a> {
     payload: &'a [u8],
     at: usize,
     little_endian: bool,
+    is_ros1: bool,
 }
 
 impl<'a> Cdr<'a> {
-    /// A message with its header.
-    pub(crate) fn new(message: &'a [u8]) -> Result<Self, Fault> {
-        let Some((header, payload)) = message.split_first_chunk::<HEADER_BYTES>() else {
+    /// A message from its start.
+    pub(crate) fn new(message: Stored<'a>) -> Result<Self, Fault> {
+        let bytes = message.bytes;
+        if message.encoding == ROS1 {
+            return Ok(Self {
+                payload: bytes,
+                at: 0,
+                little_endian: true,
+                is_ros1: true,
+            });
+        }
+        let Some((header, payload)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
             return Err(Fault::new(
                 "the four bytes of a CDR header",
-                format!("{} bytes", message.len()),
+                format!("{} bytes", bytes.len()),
             ));
         };
         let kind = [header[0], header[1]];
@@ -43,7 +59,12 @@ impl<'a> Cdr<'a> {
             payload,
             at: 0,
             little_endian: kind == KINDS[1],
+            is_ros1: false,
         })
+    }
+
+    pub(crate) fn is_ros1(&self) -> bool {
+        self.is_ros1
     }
 
     pub(crate) fn i8(&mut self) -> Result<i8, Fault> {
@@ -104,9 +125,18 @@ impl<'a> Cdr<'a> {
         ))
     }
 
+    fn header_bytes(&self) -> usize {
+        if self.is_ros1 { 0 } else { HEADER_BYTES }
+    }
+
     /// The bytes of a number, least significant first.
     fn number<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let padding = self.at.next_multiple_of(N) - self.at;
+        let aligned = if self.is_ros1 {
+            self.at
+        } else {
+            self.at.next_multiple_of(N)
+        };
+        let padding = aligned - self.at;
         self.take(padding, || format!("{padding} bytes of padding"))?;
         let bytes = self.take(N, || format!("a number of {N} bytes"))?;
         let mut number = [0; N];
@@ -125,7 +155,7 @@ impl<'a> Cdr<'a> {
                 Ok(bytes)
             }
             None => Err(Fault::new(
-                format!("{} at byte {}", what(), HEADER_BYTES + self.at),
+                format!("{} at byte {}", what(), self.header_bytes() + self.at),
                 format!("{} bytes left", rest.len()),
             )),
         }
@@ -136,10 +166,17 @@ impl<'a> Cdr<'a> {
 mod tests {
     use super::*;
 
+    fn ros2(bytes: &[u8]) -> Result<Cdr<'_>, Fault> {
+        Cdr::new(Stored {
+            encoding: "cdr",
+            bytes,
+        })
+    }
+
     #[test]
     fn numbers_lie_at_multiples_of_their_size_in_either_order() {
         let little = [0, 1, 0, 0, 7, 0, 0, 0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        let mut cdr = Cdr::new(&little).unwrap();
+        let mut cdr = ros2(&little).unwrap();
         assert_eq!(cdr.i8().unwrap(), 7);
         assert_eq!(cdr.u32().unwrap(), 0x201); // three bytes of padding before it
         assert_eq!(cdr.f64().unwrap(), 0.0); // none: byte 8 behind the header
@@ -148,17 +185,33 @@ mod tests {
         let mut big = vec![0, 0, 0, 0, 0, 0, 2, 1];
         big.extend([0; 4]);
         big.extend(1.5_f64.to_be_bytes());
-        let mut cdr = Cdr::new(&big).unwrap();
+        let mut cdr = ros2(&big).unwrap();
         assert_eq!(cdr.i32().unwrap(), 0x201);
         assert_eq!(cdr.f64().unwrap(), 1.5); // four bytes of padding
         cdr.end().unwrap();
     }
 
     #[test]
+    fn ros_1_has_neither_header_nor_padding() {
+        let bytes = [
+            7, 1, 2, 0, 0, 2, 0, 0, 0, b'a', b'b', 0, 0, 0, 0, 0, 0, 0xF8, 0x3F,
+        ];
+        let message = Stored {
+            encoding: ROS1,
+            bytes: &bytes,
+        };
+        let mut ros1 = Cdr::new(message).unwrap();
+        assert_eq!((ros1.i8().unwrap(), ros1.u32().unwrap()), (7, 0x201));
+        assert_eq!((&*ros1.text().unwrap(), ros1.f64().unwrap()), ("ab", 1.5));
+        ros1.end().unwrap();
+        assert!(ros1.u32().unwrap_err().to_string().contains("at byte 19"));
+    }
+
+    #[test]
     fn texts_end_with_nul_or_do_not() {
         let mut bytes = vec![0, 1, 0, 0, 3, 0, 0, 0, b'a', b'b', 0, 0xff];
         bytes.extend([1, 0, 0, 0, 0xff, 0, 0, 0, 0, 0, 0, 0]);
-        let mut cdr = Cdr::new(&bytes).unwrap();
+        let mut cdr = ros2(&bytes).unwrap();
         assert_eq!(cdr.text().unwrap(), "ab");
         assert_eq!(cdr.text().unwrap(), "\u{fffd}");
         assert_eq!(cdr.text().unwrap(), "");
@@ -167,7 +220,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused_by_its_place() {
         let fault = |bytes: &[u8], read: fn(&mut Cdr<'_>) -> Result<(), Fault>| {
-            let fault = Cdr::new(bytes).and_then(|mut cdr| read(&mut cdr));
+            let fault = ros2(bytes).and_then(|mut cdr| read(&mut cdr));
             fault.unwrap_err().to_string()
         };
         assert!(fault(&[0, 1, 0], |_| Ok(())).contains("CDR header"));
@@ -181,6 +234,6 @@ mod tests {
         assert!(sequence.contains("9 elements"), "{sequence}");
         let rest = fault(&[0; 9], |cdr| cdr.end());
         assert!(rest.contains("5 bytes more"), "{rest}");
-        assert!(Cdr::new(&[0; 7]).unwrap().end().is_ok());
+        assert!(ros2(&[0; 7]).unwrap().end().is_ok());
     }
 }

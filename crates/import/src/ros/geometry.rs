@@ -1,22 +1,22 @@
 //! Package `geometry_msgs`: poses and points with a header.
 
-use super::{CDR, decode, header, limited, one, point, pose};
-use crate::reading::{Kind, Label, MessageKind, POSES, Readings};
+use super::{ROS, decode, header, limited, one, point, pose};
+use crate::reading::{Kind, Label, MessageKind, POSES, Readings, Stored};
 
 pub(super) const KINDS: &[MessageKind] = &[
-    MessageKind::new(CDR, &["geometry_msgs/PoseStamped"], POSES, |message| {
+    MessageKind::new(ROS, &["geometry_msgs/PoseStamped"], POSES, |message| {
         one(message, |cdr| pose(cdr, Label::Topic, Kind::Pose))
     }),
-    MessageKind::new(CDR, &["geometry_msgs/PointStamped"], POSES, |message| {
+    MessageKind::new(ROS, &["geometry_msgs/PointStamped"], POSES, |message| {
         one(message, |cdr| point(cdr, Label::Topic, Kind::Marker))
     }),
-    MessageKind::new(CDR, &["geometry_msgs/PoseArray"], POSES, poses),
+    MessageKind::new(ROS, &["geometry_msgs/PoseArray"], POSES, poses),
 ];
 
 /// Bytes of a position and a quaternion.
 const POSE_BYTES: usize = 56;
 
-fn poses(message: &[u8]) -> Readings<'_> {
+fn poses(message: Stored<'_>) -> Readings<'_> {
     decode(message, |cdr| {
         let mut reading = header(cdr)?;
         for place in 0..limited(cdr.count(POSE_BYTES)?)? {

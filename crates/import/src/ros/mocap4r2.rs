@@ -1,12 +1,12 @@
 //! Package `mocap4r2_msgs`: markers and rigid bodies of motion capture.
 
-use super::{CDR, Cdr, decode, header, limited, point, pose};
-use crate::reading::{Fault, Item, Kind, Label, MOTION_CAPTURE, MessageKind, Readings};
+use super::{Cdr, ROS, decode, header, limited, point, pose};
+use crate::reading::{Fault, Item, Kind, Label, MOTION_CAPTURE, MessageKind, Readings, Stored};
 
 // The second name of each is that of the package before it was renamed.
 pub(super) const KINDS: &[MessageKind] = &[
     MessageKind::new(
-        CDR,
+        ROS,
         &["mocap4r2_msgs/Markers", "mocap_msgs/Markers"],
         MOTION_CAPTURE,
         |message| {
@@ -17,7 +17,7 @@ pub(super) const KINDS: &[MessageKind] = &[
         },
     ),
     MessageKind::new(
-        CDR,
+        ROS,
         &["mocap4r2_msgs/RigidBodies", "mocap_msgs/RigidBodies"],
         MOTION_CAPTURE,
         |message| frame(message, BODY_BYTES, body),
@@ -36,7 +36,7 @@ const USE_BOTH: i8 = 2;
 
 /// A message of mocap4r2: header, number of the frame, a sequence.
 fn frame<'a>(
-    message: &'a [u8],
+    message: Stored<'a>,
     element_bytes: usize,
     mut element: impl FnMut(&mut Cdr<'a>, &mut Vec<Item<'a>>) -> Result<(), Fault>,
 ) -> Readings<'a> {

@@ -1,4 +1,4 @@
-//! Messages of ROS 2 in CDR, a module for each package.
+//! Messages of ROS 2 in CDR, and of ROS 1, a module for each package.
 
 mod cdr;
 mod geometry;
@@ -6,15 +6,21 @@ mod mocap4r2;
 mod tf;
 
 use self::cdr::Cdr;
-use crate::reading::{self, Fault, Item, Kind, Label, MessageKind, Reading, Readings, nanos};
+use crate::reading::{
+    self, Fault, Item, Kind, Label, MessageKind, Reading, Readings, Stored, nanos,
+};
 
 /// Message kinds by package.
 pub(super) const PACKAGES: &[&[MessageKind]] = &[geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
 
-const CDR: &str = "cdr";
+/// Encodings of ROS 2 and of ROS 1.
+const ROS: &[&str] = &["cdr", cdr::ROS1];
 
 /// Decodes a message, all of it.
-fn decode<'a>(message: &'a [u8], read: impl FnOnce(&mut Cdr<'a>) -> Readings<'a>) -> Readings<'a> {
+fn decode<'a>(
+    message: Stored<'a>,
+    read: impl FnOnce(&mut Cdr<'a>) -> Readings<'a>,
+) -> Readings<'a> {
     let mut cdr = Cdr::new(message)?;
     let readings = read(&mut cdr)?;
     cdr.end()?;
@@ -23,7 +29,7 @@ fn decode<'a>(message: &'a [u8], read: impl FnOnce(&mut Cdr<'a>) -> Readings<'a>
 
 /// Decodes a message that is a header and one item.
 fn one<'a>(
-    message: &'a [u8],
+    message: Stored<'a>,
     item: impl FnOnce(&mut Cdr<'a>) -> Result<Item<'a>, Fault>,
 ) -> Readings<'a> {
     decode(message, |cdr| {
@@ -39,6 +45,9 @@ fn limited(count: usize) -> Result<usize, Fault> {
 
 /// A header and no items yet.
 fn header<'a>(cdr: &mut Cdr<'a>) -> Result<Reading<'a>, Fault> {
+    if cdr.is_ros1() {
+        cdr.u32()?; // Counts messages.
+    }
     let (seconds, nanoseconds) = (cdr.i32()?, cdr.u32()?);
     Ok(Reading {
         stamp_nanos: nanos(seconds.into(), nanoseconds.into()),

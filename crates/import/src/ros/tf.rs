@@ -1,17 +1,17 @@
 //! Transforms between frames.
 
-use super::{CDR, Cdr, decode, header, limited, pose};
+use super::{Cdr, ROS, decode, header, limited, pose};
 use crate::reading::{Fault, Kind, Label, MessageKind, Reading, TRANSFORMS};
 
 pub(super) const KINDS: &[MessageKind] = &[
     MessageKind::new(
-        CDR,
+        ROS,
         &["geometry_msgs/TransformStamped"],
         TRANSFORMS,
         |message| decode(message, |cdr| Ok(vec![transform(cdr)?])),
     ),
     MessageKind::new(
-        CDR,
+        ROS,
         &["tf2_msgs/TFMessage", "tf/tfMessage"],
         TRANSFORMS,
         |message| {

@@ -103,3 +103,31 @@ fn doubts_are_said_and_kept() {
     assert_eq!(other.status.code(), Some(2));
     bench.ok(&["convert", "b.csv", "-o", "a.mcap", "--force"]);
 }
+
+#[test]
+fn events_that_a_vendor_file_states_are_in_what_is_made_of_it() {
+    let bench = Bench::empty();
+    let header = "NO_OF_FRAMES\t3\r\nFREQUENCY\t100\r\nTIME_STAMP\t2024-05-06, 14:15:16.250\r\n\
+                  DATA_INCLUDED\t3D\r\nEVENT\tgrasp\t12\t0.11000\r\nMARKER_NAMES\tThumb\r\n";
+    // A range of its capture: the first frame is the eleventh.
+    let rows = "11\t0.10\t1\t2\t3\r\n12\t0.11\t1\t2\t4\r\n13\t0.12\t1\t2\t5\r\n";
+    bench.write("take.tsv", format!("{header}{rows}"));
+    // Read block by block.
+    bench.ok(&["convert", "take.tsv", "-o", "take.mcap"]);
+    let listed = bench.ok(&["annotate", "list", "take.mcap"]);
+    let words: Vec<&str> = listed.split_whitespace().collect();
+    assert_eq!(words, ["1", "0.01", "..", "0.01", "label=grasp"]);
+    let info = bench.ok(&["info", "take.mcap"]);
+    assert!(info.contains("1715004916350000000"), "{info}");
+    // Read whole.
+    bench.ok(&[
+        "export",
+        "take.tsv",
+        "-o",
+        "bids",
+        "--bids",
+        "sub=01,task=rotate",
+    ]);
+    let events = bench.bytes("bids/sub-01/motion/sub-01_task-rotate_events.tsv");
+    assert_eq!(events, b"onset\tduration\tlabel\n0.01\t0\tgrasp\n");
+}

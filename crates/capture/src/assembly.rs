@@ -7,18 +7,23 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-use inhand_model::{Clock, Finding, Recording, Source};
+use inhand_model::{Annotations, Clock, Finding, Recording, Source};
 use rayon::prelude::*;
 
 use self::frames::{Grid, TimeCheck};
 pub(crate) use self::series::{RotationColumns, Series};
 use crate::error::CaptureError;
 use crate::table::Rows;
+use crate::trial::{FirstFrame, TrialEvent};
 
 /// Everything that a header says about a take.
 pub(crate) struct Take {
     pub(crate) name: String,
+    /// The clock of the trial: the first frame may be later.
     pub(crate) clock: Clock,
+    /// Number of a trial's first frame in this format.
+    pub(crate) counts_from: i64,
+    pub(crate) events: Vec<TrialEvent>,
     pub(crate) source: Source,
     /// Markers and bodies.
     pub(crate) series: Vec<Series>,
@@ -45,6 +50,8 @@ pub(crate) struct Assembly {
     pub(crate) samples: usize,
     /// Samples taken out of the series.
     taken: usize,
+    /// Events on the time line of the take; complete with the first row.
+    pub(crate) annotations: Annotations,
 }
 
 /// Samples left out, then rows without a gap between them.
@@ -66,6 +73,7 @@ impl Assembly {
             pending: VecDeque::new(),
             samples: 0,
             taken: 0,
+            annotations: Annotations::default(),
         }
     }
 
@@ -75,6 +83,17 @@ impl Assembly {
     ///
     /// Frame numbers do not rise or leave out too much.
     pub(crate) fn add(&mut self, rows: Rows) -> Result<(), CaptureError> {
+        if self.grid.rows == 0 && !rows.lines.is_empty() {
+            let first = FirstFrame {
+                number: rows.frames.first().copied(),
+                time_s: rows.times_s.first().copied(),
+                counts_from: self.take.counts_from,
+            };
+            let part = first.part(self.take.clock, &self.take.events, &self.file)?;
+            self.take.clock = part.clock;
+            self.take.findings.extend(part.findings);
+            self.annotations = part.annotations;
+        }
         let gaps = self.grid.place(&rows)?;
         self.times.look_at(&rows, &self.grid);
         let rows = Arc::new(rows);
@@ -165,6 +184,7 @@ impl Assembly {
         self.end()?;
         let mut recording = self.take_block(0)?;
         recording.findings = self.findings();
+        recording.annotations = self.annotations;
         Ok(recording)
     }
 

@@ -8,8 +8,8 @@ use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Setting, Source};
 use crate::assembly::{Series, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, parse_length_unit, settle};
-use crate::table::Table;
-use crate::text::{excerpt, header_text, stem};
+use crate::table::{Table, cell_number};
+use crate::text::{excerpt, header_text, name_or_number, stem};
 
 /// Contents of a header: columns, take, and its own length.
 pub(crate) struct Opened {
@@ -21,20 +21,21 @@ pub(crate) struct Opened {
     pub(crate) header_lines: usize,
 }
 
-/// Adds the X, Y and Z of markers to a table.
+/// Adds the X, Y and Z of markers to a table. A marker without a name is called by its number, from 1.
 pub(crate) fn add_markers(
     table: &mut Table,
     names: Vec<&str>,
     is_unlabelled: impl Fn(&str) -> bool,
 ) -> Vec<Series> {
-    let marker = |name: &str| {
+    let marker = |(k, name): (usize, &str)| {
         let kind = match name.is_empty() || is_unlabelled(name) {
             true => MarkerKind::Unlabelled,
             false => MarkerKind::Labelled,
         };
-        Series::marker(name, "", kind, table.push_marker(name), None)
+        let name = name_or_number(name, k);
+        Series::marker(&name, "", kind, table.push_marker(&name), None)
     };
-    names.into_iter().map(marker).collect()
+    names.into_iter().enumerate().map(marker).collect()
 }
 
 /// The lines of a header, one after the other.
@@ -76,8 +77,8 @@ impl<'a> HeaderLines<'a> {
         Ok(Some(line.trim_end_matches(['\r', '\n'])))
     }
 
-    /// A take of markers, whose header is the lines taken so far. These formats write zeros for a
-    /// missing marker.
+    /// A take of markers, whose header is the lines taken so far. These formats count frames from 1 and
+    /// write zeros for a missing marker.
     pub(crate) fn opened(
         &self,
         table: Table,
@@ -94,6 +95,8 @@ impl<'a> HeaderLines<'a> {
             take: Take {
                 name: stem(self.file).to_owned(),
                 clock,
+                counts_from: 1,
+                events: Vec::new(),
                 source,
                 series,
                 zero_is_missing: true,
@@ -147,7 +150,8 @@ impl Facts<'_> {
     /// A rate, which every file must state.
     pub(crate) fn rate_hz(&self, key: &str, expected: &str) -> Result<f64, CaptureError> {
         let sound = |&hz: &f64| hz.is_finite() && hz > 0.0;
-        let stated = self.parsed(key, expected, |text| text.parse().ok().filter(sound))?;
+        let rate = |text: &str| cell_number(text.as_bytes()).filter(sound);
+        let stated = self.parsed(key, expected, rate)?;
         stated.ok_or_else(|| self.error(key, expected, "missing"))
     }
 

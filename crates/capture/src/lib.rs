@@ -56,6 +56,7 @@ mod start_time;
 mod table;
 mod text;
 pub mod trc;
+mod trial;
 
 pub use error::CaptureError;
 pub use read::{Blocks, has_even_rows, read};

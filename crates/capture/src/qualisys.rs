@@ -6,8 +6,9 @@
 //! # Conventions
 //!
 //! * **Lengths** are millimetres in every export and become metres.
-//! * **Time** of a sample is `(frame - first frame) / FREQUENCY` after `TIME_STAMP`, which has no
-//!   zone and is taken as UTC. Frame and time columns are optional.
+//! * **Time** of a sample is `(frame - 1) / FREQUENCY` after `TIME_STAMP`, which has no zone and is taken
+//!   as UTC. Frame and time columns are optional; without them the first row is at `TIME_STAMP`.
+//! * **Events** are the lines `EVENT`: name, frame and time in seconds.
 //! * **Missing** samples are blank cells, `nan`, or, in exports that write nulls as zeros, a marker
 //!   exactly at the origin in all three coordinates: no measurement comes out as three zeros to a
 //!   micrometre, so that is taken as missing and counted in a finding.
@@ -24,7 +25,9 @@ use crate::error::CaptureError;
 use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::{ReadSettings, settle};
 use crate::start_time;
-use crate::table::{Column, Table};
+use crate::table::{Column, Table, cell_number};
+use crate::text::cells;
+use crate::trial::{TrialEvent, labels};
 
 /// Keys with which a header may start.
 const KEYS: [&[u8]; 6] = [
@@ -74,6 +77,7 @@ pub(crate) fn open(
     let mut findings = header.findings();
     // QTM counts hours from 0 to 23, so only an unreadable time is odd.
     findings.extend(start.finding.filter(|_| start.known == StartTime::Unknown));
+    let events = header.events(rate_hz, &mut findings);
     let (table, series) = header.columns(&lines, file)?;
     let declared_rows = facts.count("NO_OF_FRAMES", &mut findings);
     let version = facts.get("FILE_VERSION").unwrap_or_default();
@@ -84,7 +88,9 @@ pub(crate) fn open(
         rotation: None,
         header: header.facts.by_key,
     };
-    Ok(lines.opened(table, series, clock, source, declared_rows, findings))
+    let mut opened = lines.opened(table, series, clock, source, declared_rows, findings);
+    opened.take.events = events;
+    Ok(opened)
 }
 
 /// Everything above the rows of data.
@@ -94,6 +100,8 @@ struct Header<'a> {
     marker_names: Option<Vec<&'a str>>,
     /// The row of column names, where the export wrote one.
     column_names: Option<Vec<&'a str>>,
+    /// Name, frame and time of each event.
+    events: Vec<Vec<&'a str>>,
 }
 
 impl<'a> Header<'a> {
@@ -106,6 +114,7 @@ impl<'a> Header<'a> {
             },
             marker_names: None,
             column_names: None,
+            events: Vec::new(),
         };
         let mut repeats = BTreeMap::new();
         while !lines.peek().is_empty() && !is_numbers(lines.peek()) {
@@ -113,13 +122,17 @@ impl<'a> Header<'a> {
                 return Err(lines.error("rows of numbers", "header lines only"));
             }
             let line = lines.next_line()?.unwrap_or_default();
-            let (key, value) = line.split_once('\t').unwrap_or((line, ""));
+            let cells = cells(line);
+            let (&key, values) = cells.split_first().unwrap_or((&"", &[]));
             if key == "MARKER_NAMES" {
-                header.marker_names = Some(cells(value));
-            } else if key == "Frame" || key.ends_with(" X") {
-                header.column_names = Some(cells(line));
+                header.marker_names = Some(values.to_vec());
+            } else if FRAME_AND_TIME.iter().any(|(label, _)| key == *label) || key.ends_with(" X") {
+                header.column_names = Some(cells);
                 break;
-            } else if !key.trim().is_empty() {
+            } else if !key.is_empty() {
+                if key == "EVENT" {
+                    header.events.push(values.to_vec());
+                }
                 // Each event has a line of its own under the same key.
                 let count = repeats.entry(key).or_insert(0_usize);
                 *count += 1;
@@ -127,7 +140,7 @@ impl<'a> Header<'a> {
                     1 => key.to_owned(),
                     count => format!("{key} {count}"),
                 };
-                header.facts.by_key.insert(unique, value.to_owned());
+                header.facts.by_key.insert(unique, values.join("\t"));
             }
         }
         Ok(header)
@@ -153,6 +166,28 @@ impl<'a> Header<'a> {
             findings.push(Finding::info("TRAJECTORY_TYPES", message));
         }
         findings
+    }
+
+    /// The events at their times; one without a time is at that of its frame.
+    fn events(&self, rate_hz: f64, findings: &mut Vec<Finding>) -> Vec<TrialEvent> {
+        let mut events = Vec::new();
+        for cells in &self.events {
+            let cell = |k: usize| cells.get(k).copied().unwrap_or_default();
+            let number = |k: usize| cell_number(cell(k).as_bytes()).filter(|n| n.is_finite());
+            let time_s = number(2).or_else(|| Some((number(1)? - 1.0) / rate_hz));
+            let Some(time_s) = time_s.filter(|&time_s| time_s >= 0.0) else {
+                let message = format!(
+                    "expected a name, a frame and a time in seconds, found \"{}\": left out",
+                    cells.join(" ")
+                );
+                findings.push(Finding::warning("EVENT", message));
+                continue;
+            };
+            let name = Some(cell(0)).filter(|name| !name.is_empty());
+            let labels = labels([("label", name.unwrap_or("event"))]);
+            events.push(TrialEvent { time_s, labels });
+        }
+        events
     }
 
     /// The columns by their names, else by their number. `lines` are at the first row of data.
@@ -191,18 +226,19 @@ fn leading_columns(
     file: &str,
 ) -> Result<Leading, CaptureError> {
     let row = lines.peek();
-    let row = row.strip_suffix(b"\n").unwrap_or(row);
-    let row = row.strip_suffix(b"\r").unwrap_or(row);
-    let cells = memchr::memchr_iter(b'\t', row).count() + 1;
-    let fits = |leading| {
-        let expected = 3 * markers + leading;
-        // A tab may end the row.
-        cells == expected || (row.ends_with(b"\t") && cells == expected + 1)
-    };
-    if fits(2) {
-        return Ok(FRAME_AND_TIME.to_vec());
+    let is_blank = |cell: &&[u8]| cell.trim_ascii().is_empty();
+    let row: Vec<&[u8]> = row.split(|&byte| byte == b'\t').collect();
+    let cells = row.len();
+    let used = cells - row.iter().rev().take_while(|cell| is_blank(cell)).count();
+    // Tabs may end the row: one, or as many as fill it up.
+    for count in [cells, used, used.max(cells - 1)] {
+        for leading in [&FRAME_AND_TIME[..], &[]] {
+            if count == 3 * markers + leading.len() {
+                return Ok(leading.to_vec());
+            }
+        }
     }
-    if fits(0) || row.is_empty() {
+    if used == 0 {
         return Ok(Vec::new());
     }
     let expected = format!(
@@ -257,13 +293,4 @@ fn is_numbers(line: &[u8]) -> bool {
         || start
             .get(..4)
             .is_some_and(|cell| cell.eq_ignore_ascii_case(b"nan\t"))
-}
-
-/// The cells, without the blank one behind a tab at the end of the line.
-fn cells(line: &str) -> Vec<&str> {
-    let mut cells: Vec<&str> = line.split('\t').collect();
-    if cells.last().is_some_and(|cell| cell.trim().is_empty()) {
-        cells.pop();
-    }
-    cells
 }

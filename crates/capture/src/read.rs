@@ -124,7 +124,10 @@ impl<R: Read> Blocks<R> {
         let rows_at_most = opened.table.rows_at_most(below);
         let mut assembly =
             Assembly::new(file_name, opened.take, opened.table.values(), rows_at_most);
-        let header = assembly.take_block(if whole { rows_at_most as usize } else { 0 })?;
+        // The first row says when the take starts.
+        read_run(&mut lines, &opened.table, &mut assembly)?;
+        let mut header = assembly.take_block(if whole { rows_at_most as usize } else { 0 })?;
+        header.annotations = assembly.annotations.clone();
         Ok(Self {
             lines,
             table: opened.table,
@@ -133,7 +136,7 @@ impl<R: Read> Blocks<R> {
         })
     }
 
-    /// The take without any sample: its name, clock, source, markers and bodies.
+    /// The take without any sample: its name, clock, source, markers, bodies and events.
     pub fn header(&self) -> &Recording {
         &self.header
     }
@@ -164,14 +167,26 @@ impl<R: Read> Blocks<R> {
     /// Adds samples to the tracks, at most so many; false at the end of the file.
     fn fill(&mut self, at_most: usize) -> Result<bool, CaptureError> {
         while !self.assembly.has_pending() {
-            let Some(run) = self.lines.next_run()? else {
+            if !read_run(&mut self.lines, &self.table, &mut self.assembly)? {
                 return self.assembly.end().map(|()| false);
-            };
-            for rows in self.table.parse(&run) {
-                self.assembly.add(rows?)?;
             }
         }
         self.assembly.fill(at_most);
         Ok(true)
     }
+}
+
+/// Gives the rows of the next run of lines their places; false at the end of the file.
+fn read_run<R: Read>(
+    lines: &mut Lines<R>,
+    table: &Table,
+    assembly: &mut Assembly,
+) -> Result<bool, CaptureError> {
+    let Some(run) = lines.next_run()? else {
+        return Ok(false);
+    };
+    for rows in table.parse(&run) {
+        assembly.add(rows?)?;
+    }
+    Ok(true)
 }

@@ -326,13 +326,21 @@ fn plain_decimal(cell: &[u8]) -> Option<(f64, usize)> {
     Some((if negative { -number } else { number }, at))
 }
 
-/// Cells with spaces or quotes around them, and the spellings of "not a number".
+/// Cells with spaces or quotes around them, with a decimal comma, and the spellings of "not a number".
 #[cold]
 fn unusual_number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
     let end = cell_end(line, at, delimiter);
     let mut text = line[at..end].trim_ascii();
     if let [b'"', inner @ .., b'"'] = text {
         text = inner.trim_ascii();
+    }
+    // Spreadsheets of many countries write a decimal comma, where it separates nothing else.
+    let commas = memchr::memchr_iter(b',', text).count();
+    let with_point: Vec<u8>;
+    if delimiter != b',' && commas == 1 && memchr(b'.', text).is_none() {
+        let point = |&byte: &u8| if byte == b',' { b'.' } else { byte };
+        with_point = text.iter().map(point).collect();
+        text = &with_point;
     }
     let number = if text.is_empty() {
         f64::NAN
@@ -425,6 +433,17 @@ mod tests {
         ] {
             let row = format!("0,0,x,{cell},1\n");
             assert!(parse(row.as_bytes()).unwrap().1[0].is_nan(), "{cell}");
+        }
+    }
+
+    #[test]
+    fn a_decimal_comma_is_one_where_commas_separate_no_cells() {
+        for (cell, expected) in [("-1,25", -1.25), ("\"0,5\"", 0.5), ("1,5E-3", 1.5e-3)] {
+            assert_eq!(cell_number(cell.as_bytes()), Some(expected), "{cell}");
+        }
+        assert_eq!(number(b"1,5\t2", 0, b'\t'), Some((1.5, 3)));
+        for cell in ["1,2,3", "1.234,5", ",", "1,x"] {
+            assert_eq!(cell_number(cell.as_bytes()), None, "{cell}");
         }
     }
 

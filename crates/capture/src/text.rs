@@ -1,5 +1,7 @@
 //! Bytes as text: byte-order marks, encodings, excerpts for messages.
 
+use std::borrow::Cow;
+
 use crate::error::CaptureError;
 
 /// Longest excerpt of a file in a message, characters: enough for any cell, short of a screen line.
@@ -68,12 +70,38 @@ pub(crate) fn excerpt(bytes: &[u8]) -> String {
     }
 }
 
+/// The cells of a line between tabs: without spaces and quotes around them, and without the blank ones that programs
+/// leave behind the last one.
+pub(crate) fn cells(line: &str) -> Vec<&str> {
+    let mut cells: Vec<&str> = line.split('\t').map(unquoted).collect();
+    let used = cells.iter().rposition(|cell| !cell.is_empty());
+    cells.truncate(used.map_or(0, |last| last + 1));
+    cells
+}
+
+/// A cell without the quotes that spreadsheets put around text.
+fn unquoted(cell: &str) -> &str {
+    let cell = cell.trim();
+    let inner = cell
+        .strip_prefix('"')
+        .and_then(|cell| cell.strip_suffix('"'));
+    inner.map_or(cell, str::trim)
+}
+
 /// A file name without folders and extension: the take's name where the file states none.
 pub(crate) fn stem(file_name: &str) -> &str {
     let name = file_name.rsplit(['/', '\\']).next().unwrap_or(file_name);
     match name.rsplit_once('.') {
         Some((stem, _)) if !stem.is_empty() => stem,
         _ => name,
+    }
+}
+
+/// The name of the marker at index `k`, its number from 1 where it has none: what has a name can be chosen.
+pub(crate) fn name_or_number(name: &str, k: usize) -> Cow<'_, str> {
+    match name {
+        "" => Cow::Owned((k + 1).to_string()),
+        name => Cow::Borrowed(name),
     }
 }
 
@@ -94,6 +122,14 @@ mod tests {
         let long = "上".repeat(1000);
         assert_eq!(excerpt(long.as_bytes()).chars().count(), EXCERPT_CHARS + 1);
         assert_eq!(excerpt(&[0xFF; 3]).chars().count(), 3);
+    }
+
+    #[test]
+    fn cells_are_bare() {
+        let line = "TIME_STAMP\t\"2024-05-06, 14:15\"\t\t 7 \t\t \t";
+        assert_eq!(cells(line), ["TIME_STAMP", "2024-05-06, 14:15", "", "7"]);
+        assert_eq!(cells("\t\t"), [""; 0]);
+        assert_eq!(cells("\""), ["\""]);
     }
 
     #[test]

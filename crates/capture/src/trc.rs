@@ -21,7 +21,8 @@
 //!
 //! * **Lengths** are in `Units` and become metres.
 //! * **Time** of a sample is `(frame - first frame) / DataRate`. The time column is only a check.
-//!   The file states no start time.
+//!   The file states no start time: the first frame is at 0 s, and a finding says so where that is not the
+//!   start of its trial.
 //! * **Missing** samples are blank cells, a row that ends behind its time, `nan`, or, as programs
 //!   without a notion of missing write them, a marker exactly at the origin in all three
 //!   coordinates, which is counted in a finding.
@@ -39,7 +40,7 @@ use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::ReadSettings;
 use crate::start_time;
 use crate::table::{Column, Table};
-use crate::text::{excerpt, is_unlabelled};
+use crate::text::{self, excerpt, is_unlabelled};
 
 /// Beginning of every file.
 const MAGIC: &str = "PathFileType";
@@ -102,15 +103,12 @@ pub(crate) fn open(
     Ok(lines.opened(table, series, clock, source, declared_rows, findings))
 }
 
-/// The cells of the next line, without spaces around them and without blank ones at the end.
+/// The cells of the next line.
 fn cells<'a>(lines: &mut HeaderLines<'a>, expected: &str) -> Result<Vec<&'a str>, CaptureError> {
     let Some(line) = lines.next_line()? else {
         return Err(CaptureError::header_end(lines.file, lines.number, expected));
     };
-    let mut cells: Vec<&str> = line.split('\t').map(str::trim).collect();
-    let used = cells.iter().rposition(|cell| !cell.is_empty());
-    cells.truncate(used.map_or(0, |last| last + 1));
-    Ok(cells)
+    Ok(text::cells(line))
 }
 
 /// A cell, for a message.

@@ -49,7 +49,7 @@ impl<'a> TakeFile<'a> {
             evaluated: &[],
             object_shape: None,
             hulls: None,
-            annotations: None,
+            annotations: Some(&recording.annotations),
             provenance: &[],
         }
     }

@@ -8,6 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::annotations::Annotations;
 use crate::clock::Clock;
 use crate::finding::Finding;
 use crate::frame::{Body, World};
@@ -213,6 +214,8 @@ pub struct Recording {
     pub bodies: Vec<TrackedBody>,
     /// What was odd about the source.
     pub findings: Vec<Finding>,
+    /// Events that a vendor file states; those of MCAP files are beside their recording.
+    pub annotations: Annotations,
     samples: usize,
 }
 
@@ -270,6 +273,7 @@ impl Recording {
             markers,
             bodies,
             findings: Vec::new(),
+            annotations: Annotations::default(),
             samples,
         })
     }
@@ -360,6 +364,7 @@ impl Recording {
         );
         let mut made = made.expect("every track and series has `samples` samples");
         made.findings.clone_from(&self.findings);
+        made.annotations.clone_from(&self.annotations);
         made
     }
 }

@@ -201,13 +201,13 @@ impl Stored {
 }
 
 /// A take of which there is nothing but what was measured.
-fn vendor_take(recording: Recording) -> ReadTake {
+fn vendor_take(mut recording: Recording) -> ReadTake {
     ReadTake {
+        annotations: std::mem::take(&mut recording.annotations),
         recording,
         cleaned: None,
         roles: None,
         motion: None,
-        annotations: Annotations::default(),
         provenance: Vec::new(),
     }
 }

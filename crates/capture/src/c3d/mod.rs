@@ -9,19 +9,27 @@
 //!   `POINT:SCALE` or, where that is negative, floating point.
 //! * **Header and parameters** say some things twice. Where they disagree the parameter counts, as
 //!   the format has it, and a finding says so. What the size of the file disproves does not count.
-//! * **Frames** beyond 65535 are counted by `TRIAL:ACTUAL_START_FIELD` and `ACTUAL_END_FIELD`.
+//! * **Frames** beyond 65535 are counted by `POINT:LONG_FRAMES`, or else by `TRIAL:ACTUAL_START_FIELD` and
+//!   `ACTUAL_END_FIELD`. Whole frames behind those that are counted are not read, and a finding says so.
 //! * **Time** of a sample is `(frame - first frame) / POINT:RATE`: the first one is at 0 s whatever
-//!   its number, and a finding says so where that is beyond 1. The file states no start time.
+//!   its number, and a finding says so where that is not 0 or 1. The file states no start time.
+//! * **Events** are those of the group `EVENT`, minutes and seconds from frame 1 of the trial, with their label,
+//!   context, subject and description.
+//! * **Model outputs** are stored as points and are none: those named in `POINT:ANGLES`, `FORCES`, `MOMENTS`, `POWERS`
+//!   and `SCALARS` are left out, and a finding names them.
+//! * **Names** are `POINT:LABELS`; a point without label is called by its number, from 1.
 //! * **Lengths** are in `POINT:UNITS` and become metres.
 //! * **Up** is `POINT:Y_SCREEN`, where it is Y or Z; else Z with a finding, unless the user says it.
 //! * **Missing** samples have a negative residual, are no numbers or, as programs without a notion of
 //!   missing write them, are exactly at the origin, which is counted in a finding.
 
+mod events;
 mod number;
 mod parameters;
 mod points;
 mod write;
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 
 use inhand_model::{
@@ -33,6 +41,7 @@ use self::points::Points;
 pub use self::write::write;
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, parse_length_unit, settle};
+use crate::trial::FirstFrame;
 use crate::{start_time, text};
 
 /// Bytes of a block.
@@ -57,8 +66,15 @@ pub(crate) fn read(
     let start = start_time::parse("", None);
     let mut findings: Vec<Finding> = start.finding.clone().into_iter().collect();
     let points = Points::find(&parameters, bytes, file, &mut findings)?;
-    findings.extend(points::first_frame(&parameters, file)?);
-    let clock = start.clock(rate_hz(&parameters, &mut findings), file)?;
+    let trial = start.clock(rate_hz(&parameters, &mut findings), file)?;
+    let events = events::stated(&parameters, &mut findings);
+    let first = FirstFrame {
+        number: Some(points::first_frame(&parameters, file)?),
+        time_s: None,
+        counts_from: 1,
+    };
+    let part = first.part(trial, &events, file)?;
+    findings.extend(part.findings);
     let stated = parameters
         .text("POINT", "UNITS")
         .and_then(parse_length_unit);
@@ -66,7 +82,9 @@ pub(crate) fn read(
     let length_unit = settle(file, Setting::Units, stated, given, LengthUnit::name)?
         .ok_or_else(|| CaptureError::no_units(file, "POINT:UNITS"))?;
     let up_axis = up_axis(&parameters, file, settings, &mut findings)?;
-    let tracks = points.tracks(bytes, length_unit, &mut findings);
+    let labels = parameters.texts("POINT", "LABELS");
+    let is_output = model_outputs(&parameters, &labels, points.count(), &mut findings);
+    let tracks = points.tracks(bytes, length_unit, &is_output, &mut findings);
     let mut header = parameters.facts();
     let processor = parameters.processor.name();
     header.insert("processor".to_owned(), processor.to_owned());
@@ -77,11 +95,13 @@ pub(crate) fn read(
         rotation: None,
         header,
     };
-    let markers = markers(&parameters, tracks, &mut findings);
+    let markers = markers(&labels, tracks, points.count(), &mut findings);
     let name = text::stem(file).to_owned();
-    let mut recording = Recording::new(name, clock, source, points.frames, markers, Vec::new())
-        .map_err(|error| CaptureError::in_file(file, error))?;
+    let mut recording =
+        Recording::new(name, part.clock, source, points.frames, markers, Vec::new())
+            .map_err(|error| CaptureError::in_file(file, error))?;
     recording.findings = findings;
+    recording.annotations = part.annotations;
     Ok(recording)
 }
 
@@ -142,17 +162,48 @@ fn up_axis(
     Ok(up_axis.unwrap_or(UpAxis::Z))
 }
 
-fn markers(
+/// Parameters of group POINT that list the labels of what a model computed: stored as points, but degrees, newtons,
+/// newton millimetres or watts, and no positions.
+const MODEL_OUTPUTS: [&str; 5] = ["ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS"];
+
+/// Whether each point is a model output.
+fn model_outputs(
     parameters: &Parameters,
-    tracks: Vec<PointTrack<World>>,
+    labels: &[String],
+    points: usize,
+    findings: &mut Vec<Finding>,
+) -> Vec<bool> {
+    let outputs = MODEL_OUTPUTS.map(|name| parameters.texts("POINT", name));
+    let outputs: BTreeSet<&String> = (outputs.iter().flatten())
+        .filter(|label| !label.is_empty())
+        .collect();
+    let is_output = |k: usize| labels.get(k).is_some_and(|label| outputs.contains(label));
+    let is_output: Vec<bool> = (0..points).map(is_output).collect();
+    let named = labels.iter().zip(&is_output).filter(|(_, output)| **output);
+    let names: Vec<&str> = named.map(|(label, _)| label.as_str()).collect();
+    if !names.is_empty() {
+        let message = format!(
+            "{} of {points} points are outputs of a model and no positions: left out: {}",
+            names.len(),
+            names.join(", ")
+        );
+        findings.push(Finding::info("points", message));
+    }
+    is_output
+}
+
+/// The points that have a track, by their number in the file.
+fn markers(
+    labels: &[String],
+    tracks: Vec<(usize, PointTrack<World>)>,
+    points: usize,
     findings: &mut Vec<Finding>,
 ) -> Vec<Marker> {
-    let labels = parameters.texts("POINT", "LABELS");
-    if labels.len() < tracks.len() {
+    if labels.len() < points {
         let message = format!(
-            "{} labels for {} points: the others stay unlabelled",
+            "{} labels for {points} points: the others are called by their numbers and stay \
+             unlabelled",
             labels.len(),
-            tracks.len()
         );
         findings.push(Finding::warning("POINT:LABELS", message));
     }
@@ -161,7 +212,7 @@ fn markers(
         // Vicon writes a star before the number of a marker that it cannot name.
         let unlabelled = label.is_empty() || label.starts_with('*') || text::is_unlabelled(label);
         Marker {
-            name: label.to_owned(),
+            name: text::name_or_number(label, k).into_owned(),
             id: String::new(),
             kind: match unlabelled {
                 true => MarkerKind::Unlabelled,
@@ -171,5 +222,5 @@ fn markers(
             quality: None,
         }
     };
-    tracks.into_iter().enumerate().map(named).collect()
+    tracks.into_iter().map(named).collect()
 }

@@ -21,6 +21,22 @@ pub(super) struct Header {
     pub(super) rate_hz: f32,
 }
 
+impl Header {
+    /// Number of the first frame. A word holds a negative one as a number behind the last frame.
+    pub(super) fn first_frame(&self) -> i64 {
+        match self.first_frame > self.last_frame.saturating_add(1) {
+            true => self.first_frame.cast_signed().into(),
+            false => self.first_frame.into(),
+        }
+    }
+
+    /// Frames from the first to the last.
+    pub(super) fn frames(&self) -> u64 {
+        let frames = i64::from(self.last_frame) + 1 - self.first_frame();
+        u64::try_from(frames).unwrap_or(0)
+    }
+}
+
 /// A parameter's values.
 enum Values {
     Texts(Vec<String>),
@@ -166,19 +182,32 @@ impl Parameters {
         }
     }
 
+    /// All floating-point numbers of a parameter and of those that go on where it had to end.
+    pub(super) fn reals(&self, group: &str, name: &str) -> Vec<f32> {
+        let parts = self.continued(group, name);
+        let reals = parts.filter_map(|values| match values {
+            Values::Reals(reals) => Some(reals),
+            _ => None,
+        });
+        reals.flatten().copied().collect()
+    }
+
     /// All texts of a parameter and of those that go on where it had to end: `LABELS`, `LABELS2`,
     /// `LABELS3`, ...
     pub(super) fn texts(&self, group: &str, name: &str) -> Vec<String> {
-        let mut all = Vec::new();
-        let mut next = name.to_owned();
-        for number in 2.. {
-            let Some(Values::Texts(texts)) = self.get(group, &next) else {
-                break;
-            };
-            all.extend(texts.iter().cloned());
-            next = format!("{name}{number}");
-        }
-        all
+        let parts = self.continued(group, name);
+        let texts = parts.filter_map(|values| match values {
+            Values::Texts(texts) => Some(texts),
+            _ => None,
+        });
+        texts.flatten().cloned().collect()
+    }
+
+    /// A parameter, then those with 2, 3, ... behind its name, as long as there are any.
+    fn continued<'a>(&'a self, group: &'a str, name: &'a str) -> impl Iterator<Item = &'a Values> {
+        let further = (2..).map(move |number| format!("{name}{number}"));
+        let names = std::iter::once(name.to_owned()).chain(further);
+        names.map_while(move |name| self.get(group, &name))
     }
 
     /// Texts and single numbers by `GROUP:NAME`, but for the lists of names.

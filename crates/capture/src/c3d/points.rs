@@ -57,11 +57,22 @@ impl Points {
         if frames == 0 {
             return Err(CaptureError::no_samples(file));
         }
-        if frames < declared {
-            let message = format!(
+        let rest = data_bytes.saturating_sub(declared.saturating_mul(frame_bytes as u64));
+        let message = if frames < declared {
+            format!(
                 "the file promises {declared} frames of {points} points and has {held}: read what \
                  is there; the file was cut"
-            );
+            )
+        } else if held > declared && rest >= BLOCK_BYTES as u64 {
+            // Less than a block fills up the last one.
+            format!(
+                "the file counts {declared} frames of {points} points and has room for {held}: read those \
+                 that are counted; export the take again where the others are missed"
+            )
+        } else {
+            String::new()
+        };
+        if !message.is_empty() {
             findings.push(Finding::warning("POINT:FRAMES", message));
         }
         Ok(Self {
@@ -74,23 +85,29 @@ impl Points {
         })
     }
 
-    /// The points over all frames, metres.
+    /// Points of a frame.
+    pub(super) fn count(&self) -> usize {
+        self.points
+    }
+
+    /// The points over all frames, metres, by their index; without those that are left out.
     pub(super) fn tracks(
         &self,
         bytes: &[u8],
         unit: LengthUnit,
+        left_out: &[bool],
         findings: &mut Vec<Finding>,
-    ) -> Vec<PointTrack<World>> {
-        let mut tracks: Vec<PointTrack<World>> = (0..self.points)
-            .map(|_| PointTrack::with_capacity(self.frames))
+    ) -> Vec<(usize, PointTrack<World>)> {
+        let read = (0..self.points).filter(|&k| !left_out[k]);
+        let mut tracks: Vec<(usize, PointTrack<World>)> = read
+            .map(|k| (k, PointTrack::with_capacity(self.frames)))
             .collect();
         let mut at_origin = 0_usize;
         let data = bytes.get(self.start..).unwrap_or_default();
         let width = if self.scale.is_some() { 2 } else { 4 };
         for frame in data.chunks_exact(self.frame_bytes).take(self.frames) {
-            let points = frame.chunks_exact(NUMBERS * width);
-            for (track, point) in tracks.iter_mut().zip(points) {
-                let seen = self.point(point);
+            for (k, track) in &mut tracks {
+                let seen = self.point(&frame[NUMBERS * width * *k..]);
                 let origin = seen == Some([0.0; 3]);
                 at_origin += usize::from(origin);
                 let position = seen
@@ -178,15 +195,16 @@ fn layout(
     Ok((points, scale, start))
 }
 
-/// Frames by what counts them best: the trial's ends, where a word could not hold the count, then
-/// the parameter, then the header.
+/// Frames by what counts them best: the parameter made for counts that no word holds, the trial's ends, where a word
+/// could not hold the count, then the usual parameter, then the header.
 fn declared_frames(
     parameters: &Parameters,
     file: &str,
     findings: &mut Vec<Finding>,
 ) -> Result<u64, CaptureError> {
     let header = &parameters.header;
-    let from_header = (u64::from(header.last_frame) + 1).saturating_sub(header.first_frame.into());
+    let from_header = header.frames();
+    let long = (parameters.long(file, ("POINT", "LONG_FRAMES"))?).filter(|&frames| frames > 0);
     let parameter = (parameters.long(file, ("POINT", "FRAMES"))?).filter(|&frames| frames > 0);
     let trial = parameters
         .long(file, ("TRIAL", "ACTUAL_END_FIELD"))?
@@ -195,10 +213,14 @@ fn declared_frames(
         .filter(|&frames| frames > 0);
     let word_is_full = parameter.is_none_or(|frames| frames == FULL_WORD)
         || u64::from(header.last_frame) == FULL_WORD;
+    if let Some(long) = long {
+        return Ok(long);
+    }
     Ok(match (trial, parameter) {
         (Some(trial), _) if word_is_full => trial,
         (_, Some(parameter)) => {
-            if parameter != from_header {
+            // A full word disagrees with nothing.
+            if parameter != from_header && from_header != FULL_WORD {
                 let (header, parameter) = (from_header as f64, parameter as f64);
                 findings.push(disagree("POINT:FRAMES", header, parameter, "the parameter"));
             }
@@ -208,19 +230,15 @@ fn declared_frames(
     })
 }
 
-/// Says so where a file starts behind frame 1 of its trial: samples here start at 0 s.
-pub(super) fn first_frame(
-    parameters: &Parameters,
-    file: &str,
-) -> Result<Option<Finding>, CaptureError> {
-    let from_header = u64::from(parameters.header.first_frame);
-    let first = parameters.long(file, START)?.unwrap_or(from_header);
-    Ok((first > 1).then(|| {
-        Finding::info(
-            "TRIAL:ACTUAL_START_FIELD",
-            format!("the first frame is number {first} of its trial: it is at 0 s here"),
-        )
-    }))
+/// The number of the first frame in its trial.
+pub(super) fn first_frame(parameters: &Parameters, file: &str) -> Result<i64, CaptureError> {
+    let stated = parameters.long(file, START)?;
+    Ok(match stated.and_then(|start| i64::try_from(start).ok()) {
+        // Two words of a negative number.
+        Some(start) if start > i64::from(i32::MAX) => start - (1 << 32),
+        Some(start) => start,
+        None => parameters.header.first_frame(),
+    })
 }
 
 /// Analog numbers in a frame: by the parameters, unless the file is too short for them.

@@ -20,6 +20,8 @@ const AXES: usize = 4;
 
 /// Everything above the rows of data.
 pub(super) struct Header<'a> {
+    /// Byte between cells.
+    pub(super) delimiter: u8,
     /// Keys and values of the first line.
     pub(super) facts: Facts<'a>,
     /// For each column: `Rigid Body`, `Marker`, ...; name and ID of the entity; `Rotation`,
@@ -35,13 +37,22 @@ pub(super) struct Header<'a> {
 
 /// Whether the bytes start as the format from 1.2 on does.
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"Format Version,") || bytes.starts_with(b"\"Format Version\",")
+    delimiter(bytes).is_some()
+}
+
+/// The byte between cells: a comma, or what spreadsheets put there where the comma is the decimal sign.
+fn delimiter(bytes: &[u8]) -> Option<u8> {
+    let keys = [&b"Format Version"[..], b"\"Format Version\""];
+    let rest = keys.iter().find_map(|key| bytes.strip_prefix(*key))?;
+    rest.first().copied().filter(|byte| b",;".contains(byte))
 }
 
 impl<'a> Header<'a> {
     /// Reads the header from the start of a file without byte-order mark.
     pub(super) fn parse(bytes: &[u8], file: &'a str) -> Result<Self, CaptureError> {
+        let delimiter = delimiter(bytes).unwrap_or(b',');
         let mut reader = csv::ReaderBuilder::new()
+            .delimiter(delimiter)
             .has_headers(false)
             .flexible(true)
             .from_reader(bytes);
@@ -80,6 +91,7 @@ impl<'a> Header<'a> {
             let cut = bytes[..end].ends_with(b"\r") && bytes[end..].starts_with(b"\n");
             let end = end + usize::from(cut);
             return Ok(Self {
+                delimiter,
                 facts: Facts {
                     file,
                     line: 1,

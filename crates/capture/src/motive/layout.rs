@@ -88,7 +88,7 @@ impl ColumnLayout {
         order: Option<RotationOrder>,
         length_unit: Option<LengthUnit>,
     ) -> Result<Self, CaptureError> {
-        let mut table = Table::new(header.facts.file, b',');
+        let mut table = Table::new(header.facts.file, header.delimiter);
         let (candidates, unread) = collect(header, &mut table)?;
         let mut rotation = None;
         let mut series = Vec::with_capacity(candidates.len());
@@ -112,19 +112,44 @@ impl ColumnLayout {
             table,
             series,
             rotation,
-            findings: unread_finding(&unread).into_iter().collect(),
+            findings: unread_findings(&unread),
         })
     }
 }
 
-/// Columns that are not read, and what they are.
-type Unread = Vec<(usize, String)>;
+/// Columns that Motive's manual describes and that hold nothing for a take, without spaces, lower case.
+const DOCUMENTED: [&str; 3] = ["timecode", "size", "markersize"];
+
+/// Column that is not read.
+struct Unread {
+    column: usize,
+    name: String,
+    is_documented: bool,
+}
+
+impl Unread {
+    fn new(column: usize, cells: [&str; 5], has_entity: bool) -> Self {
+        let [of, name, _, kind, axis] = cells;
+        let name = match has_entity {
+            true => format!("\"{name}\" {kind} {axis}"),
+            false => format!("{of} {name} {kind} {axis}"),
+        };
+        let words = |cell: &str| cell.split_whitespace().collect::<String>().to_lowercase();
+        Self {
+            column,
+            name,
+            is_documented: [kind, axis]
+                .iter()
+                .any(|cell| DOCUMENTED.contains(&&*words(cell))),
+        }
+    }
+}
 
 /// Adds all columns to a table; the entities they belong to, and the columns that are not read.
 fn collect<'a>(
     header: &'a Header<'_>,
     table: &mut Table,
-) -> Result<(Vec<Candidate<'a>>, Unread), CaptureError> {
+) -> Result<(Vec<Candidate<'a>>, Vec<Unread>), CaptureError> {
     let mut candidates: Vec<Candidate<'_>> = Vec::new();
     let mut latest: BTreeMap<(EntityType, &str, &str), usize> = BTreeMap::new();
     let mut unread = Vec::new();
@@ -149,19 +174,16 @@ fn collect<'a>(
         let Some((entity, place)) =
             entity.and_then(|entity| Some((entity, place(entity, kind, axis)?)))
         else {
-            if of.is_empty() && !kind.is_empty() {
+            let cells = [of, name, id, kind, axis];
+            let column = Unread::new(c, cells, entity.is_some());
+            if of.is_empty() && !kind.is_empty() && !column.is_documented {
                 let expected =
                     format!("a type such as Marker for column {} ({kind} {axis})", c + 1);
                 let (file, line) = (header.facts.file, header.axes_line);
                 return Err(CaptureError::header(file, line, expected, "none"));
             }
-            let cells = [of, name, id, kind, axis];
             if cells.iter().any(|cell| !cell.trim().is_empty()) {
-                let what = match entity {
-                    Some(_) => format!("\"{name}\" {kind} {axis}"),
-                    None => format!("{of} {name} {kind} {axis}"),
-                };
-                unread.push((c, what));
+                unread.push(column);
             }
             table.push(Column::Skip, label);
             continue;
@@ -307,19 +329,31 @@ fn local_space(header: &Header<'_>, has_bones: bool, has_fitted: bool) -> Option
     })
 }
 
-fn unread_finding(unread: &[(usize, String)]) -> Option<Finding> {
-    let (first, _) = unread.first()?;
-    let named = unread.iter().take(NAMED_UNREAD).map(|(c, what)| {
-        let words: Vec<&str> = what.split_whitespace().collect();
-        format!("{} ({})", c + 1, words.join(" "))
-    });
-    let mut names: Vec<String> = named.collect();
-    if unread.len() > NAMED_UNREAD {
-        names.push(format!("{} more", unread.len() - NAMED_UNREAD));
-    }
-    let message = format!(
-        "columns {} are neither position, rotation nor quality of a marker or body: not read",
-        names.join(", ")
-    );
-    Some(Finding::warning(format!("column {}", first + 1), message))
+/// Findings about columns that are not read: those that Motive's manual describes are no reason to worry.
+fn unread_findings(unread: &[Unread]) -> Vec<Finding> {
+    let finding = |is_documented: bool| {
+        let columns = unread
+            .iter()
+            .filter(|column| column.is_documented == is_documented);
+        let columns: Vec<&Unread> = columns.collect();
+        let first = columns.first()?.column + 1;
+        let named = columns.iter().take(NAMED_UNREAD).map(|column| {
+            let words: Vec<&str> = column.name.split_whitespace().collect();
+            format!("{} ({})", column.column + 1, words.join(" "))
+        });
+        let mut names: Vec<String> = named.collect();
+        if columns.len() > NAMED_UNREAD {
+            names.push(format!("{} more", columns.len() - NAMED_UNREAD));
+        }
+        let message = format!(
+            "columns {} are neither position, rotation nor quality of a marker or body: not read",
+            names.join(", ")
+        );
+        let place = format!("column {first}");
+        Some(match is_documented {
+            true => Finding::info(place, message),
+            false => Finding::warning(place, message),
+        })
+    };
+    [false, true].into_iter().filter_map(finding).collect()
 }

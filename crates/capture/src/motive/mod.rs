@@ -33,9 +33,9 @@
 //!
 //!   Of all orders and both readings (intrinsic, extrinsic) this one keeps the markers of a body
 //!   still in the body's frame in exports that hold both.
-//! * **Time** of a sample is `(frame - first frame) / Export Frame Rate` after `Capture Start
-//!   Time`, which has no zone and is taken as UTC. The time column, which some versions round to
-//!   a millisecond, is only a check.
+//! * **Time** of a sample is `frame / Export Frame Rate` after `Capture Start Time`, which has no zone
+//!   and is taken as UTC: an export of a range starts later than the capture. The time column, which
+//!   some versions round to a millisecond, is only a check.
 //! * **Missing** samples are blank cells (or `NaN`); a pose or position of which only a part is
 //!   there is missing too.
 //! * **Axes** are not stated. Motive exports Y up unless set otherwise.
@@ -106,6 +106,8 @@ pub(crate) fn open(
         take: Take {
             name: name.unwrap_or(text::stem(file)).to_owned(),
             clock,
+            counts_from: 0,
+            events: Vec::new(),
             source: Source {
                 format: format!("Motive CSV {version}"),
                 length_unit,

@@ -124,6 +124,8 @@ pub(crate) fn read(
     let take = Take {
         name: text::stem(file).to_owned(),
         clock,
+        counts_from: 0,
+        events: Vec::new(),
         source: Source {
             format: format!("Motive CSV {}", facts.get("version").unwrap_or("1")),
             length_unit: unit,

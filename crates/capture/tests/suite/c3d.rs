@@ -1,9 +1,10 @@
 //! C3D files: by hand in every kind of numbers, by the writer, and damaged.
 
+use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_capture::{ReadSettings, c3d};
 use inhand_model::{
-    Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
-    UpAxis, World,
+    Clock, Finger, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source,
+    StartTime, UpAxis, World,
 };
 use proptest::prelude::*;
 
@@ -107,7 +108,7 @@ impl ByHand {
         file.extend(numbers.real(160.0));
         file.resize(512, 0);
         file.extend([1, 0x50, 1, numbers.processor]);
-        for (number, group) in [(1_i8, "POINT"), (2, "ANALOG"), (3, "TRIAL")] {
+        for (number, group) in [(1_i8, "POINT"), (2, "ANALOG"), (3, "TRIAL"), (4, "EVENT")] {
             file.push(group.len() as u8);
             file.extend((-number).to_le_bytes());
             file.extend(group.as_bytes());
@@ -163,6 +164,24 @@ impl ByHand {
     fn word(&self, value: i32) -> Vec<u8> {
         [vec![2, 0], self.numbers.word(value)].concat()
     }
+
+    /// A number in two words, the less significant one first.
+    fn long(&self, value: i32) -> Vec<u8> {
+        let words = [value, value >> 16].map(|word| self.numbers.word(word));
+        [vec![2, 1, 2], words.concat()].concat()
+    }
+
+    fn reals(&self, dimensions: &[u8], values: &[f32]) -> Vec<u8> {
+        let values = values.iter().flat_map(|&value| self.numbers.real(value));
+        let kind = [4, dimensions.len() as u8];
+        (kind.iter().chain(dimensions).copied().chain(values)).collect()
+    }
+}
+
+/// Texts of one length.
+fn texts(texts: &[&str]) -> Vec<u8> {
+    let head = [0xFF, 2, texts[0].len() as u8, texts.len() as u8];
+    [&head[..], texts.concat().as_bytes()].concat()
 }
 
 fn at(recording: &Recording, marker: usize, k: usize) -> Option<[f64; 3]> {
@@ -249,14 +268,146 @@ fn the_up_axis_is_that_of_the_screen() {
 
 #[test]
 fn labels_go_on_in_further_parameters_and_may_be_too_few() {
-    let one = |label: &str| [&[0xFF, 2, label.len() as u8, 1], label.as_bytes()].concat();
-    let file = ByHand::new(ALL[0]).with("POINT:LABELS", one("Thumb"));
+    let file = ByHand::new(ALL[0]).with("POINT:LABELS", texts(&["Thumb"]));
     let recording = file.read();
     assert_eq!(recording.markers[1].kind, MarkerKind::Unlabelled);
     assert!(has_finding(&recording, "1 labels for 2 points"));
-    let recording = file.with("POINT:LABELS2", one("*113 ")).read();
+    let recording = file.with("POINT:LABELS2", texts(&["*113 "])).read();
     assert_eq!(recording.markers[1].name, "*113");
     assert_eq!(recording.markers[1].kind, MarkerKind::Unlabelled);
+}
+
+#[test]
+fn points_without_labels_are_called_by_their_numbers() {
+    let names = |file: &ByHand| -> Vec<String> {
+        (file.read().markers.into_iter())
+            .map(|marker| marker.name)
+            .collect()
+    };
+    let file = ByHand::new(ALL[0]).without("POINT:LABELS");
+    assert_eq!(names(&file), ["1", "2"]);
+    let blank = file
+        .clone()
+        .with("POINT:LABELS", texts(&["Thumb", "     "]));
+    assert_eq!(names(&blank), ["Thumb", "2"]);
+    // Such a name can be chosen like any other, and the error lists it.
+    let mut settings = RoleSettings::default();
+    settings.fingers[Finger::Index] = Some("2".to_owned());
+    let error = resolve(&file.read(), &settings).expect_err("the thumb is open");
+    assert!(error.to_string().contains("the markers: 1, 2"), "{error}");
+    assert!(!error.to_string().contains("index"), "{error}");
+}
+
+#[test]
+fn outputs_of_a_model_are_no_markers() {
+    let file = ByHand::new(ALL[1]);
+    for (name, labels) in [
+        ("POINT:ANGLES", &["Index"][..]),
+        ("POINT:FORCES", &["Other", "Index"]),
+        ("POINT:MOMENTS", &["Index"]),
+        ("POINT:POWERS", &["Index"]),
+        ("POINT:SCALARS", &["Index"]),
+    ] {
+        let recording = file.clone().with(name, texts(labels)).read();
+        assert_eq!(recording.markers.len(), 1, "{name}");
+        assert_eq!(at(&recording, 0, 1), at(&file.read(), 0, 1), "{name}");
+        let words = "1 of 2 points are outputs of a model and no positions: left out: Index";
+        assert!(has_finding(&recording, words), "{:?}", recording.findings);
+        // None is taken for a missing sample either.
+        assert!(!has_finding(&recording, "origin"));
+    }
+    let first = file.clone().with("POINT:ANGLES", texts(&["Thumb"])).read();
+    assert_eq!(first.markers[0].name, "Index");
+    assert_eq!(at(&first, 0, 0), at(&file.read(), 1, 0));
+    // A list that goes on, as that of labels does.
+    let file = file.with("POINT:SCALARS", texts(&["None"]));
+    let recording = file.with("POINT:SCALARS2", texts(&["Index"])).read();
+    assert_eq!(recording.markers.len(), 1);
+}
+
+#[test]
+fn events_have_times_labels_and_contexts() {
+    let file = ByHand::new(ALL[3]);
+    let file = file
+        .clone()
+        .with("EVENT:USED", file.word(3))
+        .with(
+            "EVENT:TIMES",
+            file.reals(&[2, 3], &[0.0, 0.5, 1.0, 2.25, 0.0, 0.0]),
+        )
+        .with("EVENT:LABELS", texts(&["grasp  ", "release", "       "]))
+        .with("EVENT:CONTEXTS", texts(&["Right", "Left "]));
+    let found = |file: &ByHand| -> Vec<(u64, Vec<(String, String)>)> {
+        let events = file.read().annotations.events.into_iter();
+        events
+            .map(|event| {
+                assert_eq!(event.start_unix_nanos, event.end_unix_nanos);
+                (event.start_unix_nanos, event.labels.into_iter().collect())
+            })
+            .collect()
+    };
+    let labels = |pairs: &[(&str, &str)]| -> Vec<(String, String)> {
+        let pairs = pairs.iter();
+        pairs.map(|&(k, v)| (k.to_owned(), v.to_owned())).collect()
+    };
+    let grasp = labels(&[("context", "Right"), ("label", "grasp")]);
+    let release = labels(&[("context", "Left"), ("label", "release")]);
+    let all = [
+        (500_000_000, grasp.clone()),
+        (62_250_000_000, release.clone()),
+        (0, labels(&[("label", "event")])),
+    ];
+    assert_eq!(found(&file), all);
+    // A file that starts later: frame 25 of 160 Hz is 0.15 s after frame 1. What was before is left out.
+    let later = file.clone().with("TRIAL:ACTUAL_START_FIELD", file.long(25));
+    assert_eq!(
+        found(&later),
+        [(350_000_000, grasp), (62_100_000_000, release)]
+    );
+    assert!(has_finding(
+        &later.read(),
+        "event event at 0.000 s is before the first frame"
+    ));
+    let few = file
+        .clone()
+        .with("EVENT:TIMES", file.reals(&[2, 1], &[0.0, 0.5]));
+    assert_eq!(found(&few).len(), 1);
+    assert!(has_finding(
+        &few.read(),
+        "3 events are counted, 1 have a time"
+    ));
+    assert!(found(&file.clone().with("EVENT:USED", file.word(0))).is_empty());
+}
+
+#[test]
+fn a_count_beyond_a_word_is_in_a_parameter_of_its_own() {
+    let mut file = ByHand::new(ALL[1]);
+    file.header_last = 65535;
+    let file = file.clone().with("POINT:FRAMES", file.word(-1));
+    for long in [file.reals(&[], &[2.0]), file.long(2)] {
+        let recording = file.clone().with("POINT:LONG_FRAMES", long).read();
+        assert_eq!(recording.len(), 2);
+        assert!(
+            !has_finding(&recording, "frames"),
+            "{:?}",
+            recording.findings
+        );
+    }
+}
+
+#[test]
+fn frames_behind_those_that_are_counted_are_a_finding() {
+    let file = ByHand::new(ALL[0]);
+    let with_rest = |rest: usize| {
+        let bytes = [file.bytes(), vec![0; rest]].concat();
+        inhand_capture::read(&bytes, "a.c3d", &ReadSettings::default()).expect("sound")
+    };
+    // What fills up a block are no frames.
+    assert!(!has_finding(&with_rest(500), "FRAMES"));
+    let recording = with_rest(1000);
+    assert_eq!(recording.len(), 2);
+    let words = "POINT:FRAMES: the file counts 2 frames of 2 points and has room for 52";
+    assert!(has_finding(&recording, words), "{:?}", recording.findings);
 }
 
 #[test]
@@ -371,10 +522,18 @@ fn counts_that_no_file_can_mean_are_refused() {
 fn a_first_frame_beyond_one_is_told() {
     let file = ByHand::new(ALL[0]);
     assert!(!has_finding(&file.read(), "first frame"));
-    let start = file.word(25);
-    let recording = file.with("TRIAL:ACTUAL_START_FIELD", start).read();
-    assert!(has_finding(&recording, "the first frame is number 25"));
-    assert_eq!((recording.len(), recording.clock.time_s(0)), (2, 0.0));
+    for (number, start) in [
+        (25, file.word(25)),
+        (70_000, file.long(70_000)),
+        (-5, file.long(-5)),
+    ] {
+        let recording = file.clone().with("TRIAL:ACTUAL_START_FIELD", start).read();
+        let words = format!("the first frame is number {number} of its trial: it is at 0 s here");
+        assert!(has_finding(&recording, &words), "{:?}", recording.findings);
+        assert_eq!((recording.len(), recording.clock.time_s(0)), (2, 0.0));
+    }
+    let from_zero = file.clone().with("TRIAL:ACTUAL_START_FIELD", file.word(0));
+    assert!(!has_finding(&from_zero.read(), "first frame"));
 }
 
 fn recording(names: &[String], values: &[Vec<Option<[f64; 3]>>], up_axis: UpAxis) -> Recording {

@@ -1,7 +1,9 @@
 //! Motive CSV: what its cells mean, its variants over the versions, and what is refused.
 
 use inhand_capture::ReadSettings;
-use inhand_model::{BodyKind, LengthUnit, MarkerKind, RotationOrder, StartTime, Status, UpAxis};
+use inhand_model::{
+    BodyKind, LengthUnit, MarkerKind, RotationOrder, Severity, StartTime, Status, UpAxis,
+};
 use nalgebra::Vector3;
 
 use super::text::{Motive, body, euler_body, findings, marker, marker_of, quality, ring};
@@ -116,6 +118,12 @@ fn variants_of_the_header_read_alike() {
             "trailing commas of a spreadsheet",
             text.replace("\r\n", ",,,,\r\n"),
         ),
+        (
+            "semicolons and decimal commas",
+            text.replace(',', ";")
+                .replace("0.0", "0,0")
+                .replace("100.", "100,"),
+        ),
         ("no end of the last line", text.trim_end().to_owned()),
         (
             "parents, as 1.25",
@@ -163,6 +171,28 @@ fn columns_in_any_order_and_a_time_code() {
         [
             "column 3: columns 3 (TimeCode) are neither position, rotation nor quality of a marker \
           or body: not read"
+        ]
+    );
+    assert_eq!(recording.findings[0].severity, Severity::Info);
+    // The size of a marker is described by the manual, anything else may matter.
+    let sized = [
+        marker("A"),
+        quality("Marker", "A", "M0", "Size"),
+        quality("Marker", "A", "M0", "Colour"),
+    ];
+    let sized = Motive::new(sized.concat(), &["0,0.0,1,2,3,14.0,7"])
+        .read()
+        .unwrap();
+    let severities: Vec<_> = sized
+        .findings
+        .iter()
+        .map(|f| (f.severity, f.place.as_str()))
+        .collect();
+    assert_eq!(
+        severities,
+        [
+            (Severity::Warning, "column 7"),
+            (Severity::Info, "column 6")
         ]
     );
     // Two entities that share everything.
@@ -314,16 +344,51 @@ fn jumps_of_the_frame_column_are_missing_samples() {
     let quality = ring.quality.as_ref().unwrap();
     assert!(quality[1].is_nan() && quality[3] == 0.6);
     assert_eq!(recording.bodies[0].track.gaps(), [1..3, 5..6]);
-    // The first frame is when the take starts, whatever its number.
-    assert_eq!(recording.clock.unix_nanos(0), START_NANOS);
+    // The capture started 40 frames before.
+    assert_eq!(recording.clock.unix_nanos(0), START_NANOS + 400_000_000);
     assert_eq!(
         findings(&recording),
         [
+            "the first frame is number 40 of its trial: the take starts 0.400 s after its trial",
             "Total Exported Frames: the header promises 9 rows, found 4: read what is there; the \
              file was cut or edited after the export",
             "line 9: frame 43 follows frame 40; in all the frame column jumps 2 times and leaves \
              out 3 frames: taken as missing samples",
         ]
+    );
+}
+
+#[test]
+fn a_range_starts_later_than_its_capture() {
+    for (first, start_nanos) in [
+        (0, START_NANOS),
+        (1, START_NANOS + 10_000_000),
+        (1000, START_NANOS + 10_000_000_000),
+        (-50, START_NANOS - 500_000_000),
+    ] {
+        let rows =
+            [first, first + 1].map(|k: i32| format!("{k},{:.6},1,2,3", f64::from(k) / 100.0));
+        let take = ring(&[&rows[0], &rows[1]]).with("Capture Start Frame", "78593");
+        let recording = take.read().unwrap();
+        assert_eq!(recording.clock.start_unix_nanos(), start_nanos, "{first}");
+        assert_eq!((recording.len(), recording.clock.time_s(1)), (2, 0.01));
+        // What is written starts with frame 0 at the same time.
+        let mut written = Vec::new();
+        inhand_capture::motive::write(&recording, &mut written).unwrap();
+        let again = inhand_capture::read(&written, "take.csv", &ReadSettings::default()).unwrap();
+        assert_eq!(again.clock, recording.clock, "{first}");
+    }
+}
+
+#[test]
+fn a_first_frame_that_no_capture_reaches_is_taken_as_the_start() {
+    let take = ring(&["9007199254740000,0.0,1,2,3", "9007199254740001,0.01,1,2,3"]);
+    let recording = take.read().unwrap();
+    assert_eq!(recording.clock.start_unix_nanos(), START_NANOS);
+    let found = findings(&recording).join("\n");
+    assert!(
+        found.contains("s from the start of its trial: taken as the start"),
+        "{found}"
     );
 }
 

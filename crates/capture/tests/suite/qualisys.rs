@@ -1,6 +1,6 @@
 //! Qualisys TSV.
 
-use inhand_capture::ReadSettings;
+use inhand_capture::{Blocks, Extent, ReadSettings};
 use inhand_model::{LengthUnit, Recording, StartTime, Status, UpAxis};
 
 use super::text::findings;
@@ -113,8 +113,8 @@ fn what_is_refused() {
         ),
         (
             "no number",
-            TSV.replace("\t5\t6", "\t5,5\t6"),
-            "line 11, column 7 (\"index_tip\" Y): expected a number, found \"5,5\"",
+            TSV.replace("\t5\t6", "\t5;5\t6"),
+            "line 11, column 7 (\"index_tip\" Y): expected a number, found \"5;5\"",
         ),
         (
             "cut row",
@@ -168,4 +168,123 @@ fn a_wrong_count_is_a_finding() {
         findings.iter().any(|f| f.contains("promises 5 markers")),
         "{findings:?}"
     );
+}
+
+/// Labels and times after the start of the take, seconds.
+fn events(recording: &Recording) -> Vec<(String, f64)> {
+    let start = recording.clock.start_unix_nanos();
+    let events = recording.annotations.events.iter();
+    events
+        .map(|event| {
+            assert_eq!(event.start_unix_nanos, event.end_unix_nanos);
+            let after = (event.start_unix_nanos - start) as f64 / 1e9;
+            (event.labels["label"].clone(), after)
+        })
+        .collect()
+}
+
+/// The file with lines of events.
+fn with_events(lines: &str) -> String {
+    TSV.replace("MARKER_NAMES", &format!("{lines}MARKER_NAMES"))
+}
+
+#[test]
+fn events_are_at_their_times() {
+    let text = with_events("EVENT\tgrasp\t2\t0.01000\r\nEVENT\tslip\t3\r\nEVENT\t\t3\t0.02\r\n");
+    let recording = read(&text).unwrap();
+    let expected = [("grasp", 0.01), ("slip", 0.02), ("event", 0.02)];
+    let expected = expected.map(|(name, time_s)| (name.to_owned(), time_s));
+    assert_eq!(events(&recording), expected);
+    assert_eq!(findings(&recording).len(), 2, "as without events");
+    // Blocks say the same before the first sample.
+    let mut extent = Extent::default();
+    extent.add(text.as_bytes());
+    let settings = ReadSettings::default();
+    let blocks = Blocks::open(text.as_bytes(), extent, "take 1.tsv", &settings).unwrap();
+    assert_eq!(blocks.header().annotations, recording.annotations);
+
+    let odd = read(&with_events(
+        "EVENT\tgrasp\tsoon\tlater\r\nEVENT\tx\t2\t-1\r\n",
+    ))
+    .unwrap();
+    assert_eq!(events(&odd), []);
+    let found = findings(&odd).join("\n");
+    assert!(
+        found.contains("EVENT: expected a name, a frame and a time"),
+        "{found}"
+    );
+    assert!(
+        found.contains("found \"grasp soon later\": left out"),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_range_starts_later_than_its_capture() {
+    let text = with_events("EVENT\tbefore\t5\t0.04\r\nEVENT\tgrasp\t12\t0.11\r\n")
+        .replace("\n1\t0.00000", "\n11\t0.10000")
+        .replace("\n2\t0.01000", "\n12\t0.11000")
+        .replace("\n3\t0.02000", "\n13\t0.12000");
+    // Without a frame column the time column says so.
+    let times_alone = text
+        .replace("Frame\tTime", "Time")
+        .replace("\n11\t", "\n")
+        .replace("\n12\t", "\n")
+        .replace("\n13\t", "\n");
+    for (text, first) in [(text, "number 11"), (times_alone, "at 0.100 s")] {
+        let recording = read(&text).unwrap();
+        let start = recording.clock.start_unix_nanos();
+        assert_eq!(start, 1_701_167_278_865_000_000, "{first}");
+        assert_eq!(events(&recording), [("grasp".to_owned(), 0.01)], "{first}");
+        assert_eq!(recording.len(), 3);
+        let found = findings(&recording).join("\n");
+        let words =
+            format!("the first frame is {first} of its trial: the take starts 0.100 s after");
+        assert!(found.contains(&words), "{found}");
+        assert!(
+            found.contains("event before at 0.040 s is before the first frame"),
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn spreadsheets_fill_up_rows_and_quote_texts() {
+    let plain = with_events("EVENT\tgrasp\t2\t0.01\r\n");
+    let expected = read(&plain).unwrap();
+    let padded = plain.replace("\r\n", "\t\t\t\r\n");
+    let quoted = padded.replace("2023-11-28, 10:27:58.765", "\"2023-11-28, 10:27:58.765\"");
+    let bare = |line: &str| line.splitn(3, '\t').last().unwrap().to_owned();
+    let lines: Vec<&str> = padded.split_inclusive("\r\n").collect();
+    for (what, text) in [
+        ("quotes", quoted.clone()),
+        ("byte-order mark", format!("\u{feff}{quoted}")),
+        (
+            "decimal commas",
+            quoted.replace("0.01", "0,01").replace("0.000", "0,000"),
+        ),
+        (
+            "no column names",
+            [&lines[..10], &lines[11..]].concat().concat(),
+        ),
+        (
+            "neither names nor frames",
+            lines[..10].concat()
+                + &lines[11..]
+                    .iter()
+                    .map(|line| bare(line))
+                    .collect::<String>(),
+        ),
+    ] {
+        let recording = read(&text).unwrap_or_else(|e| panic!("{what}: {e}"));
+        assert_eq!(recording.len(), 3, "{what}");
+        assert_eq!(findings(&recording).len(), 2, "{what}: as before");
+        assert_eq!(recording.clock, expected.clock, "{what}");
+        assert_eq!(recording.annotations, expected.annotations, "{what}");
+        assert_eq!(recording.markers.len(), 2, "{what}");
+        for (marker, expected) in recording.markers.iter().zip(&expected.markers) {
+            assert_eq!(marker.name, expected.name, "{what}");
+            assert!(marker.track.iter().eq(expected.track.iter()), "{what}");
+        }
+    }
 }

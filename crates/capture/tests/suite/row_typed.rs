@@ -81,6 +81,7 @@ fn bodies_and_markers_of_every_kind() {
              numbered in the order of their row, so that one number may stand for several markers",
             "mean errors: not read: the file calls them millimetres, but they are as large as \
              metres would be",
+            "the first frame is at 0.500 s of its trial: it is at 0 s here",
             "line 12: frame 13 follows frame 11; in all the frame column jumps 1 times and leaves \
              out 1 frames: taken as missing samples",
         ]

@@ -290,8 +290,8 @@ fn what_is_refused() {
         ),
         (
             "odd rate",
-            TRC.replace("120.00\t240.00", "120,00\t240.00"),
-            "line 3: \"DataRate\" is \"120,00\": expected a rate in Hz",
+            TRC.replace("120.00\t240.00", "120;00\t240.00"),
+            "line 3: \"DataRate\" is \"120;00\": expected a rate in Hz",
         ),
         (
             "odd unit",
@@ -329,8 +329,8 @@ fn what_is_refused() {
         ),
         (
             "no number",
-            TRC.replace("\t5\t6", "\t5,5\t6"),
-            "line 7, column 7 (\"Unlabeled 7\" Y): expected a number, found \"5,5\"",
+            TRC.replace("\t5\t6", "\t5;5\t6"),
+            "line 7, column 7 (\"Unlabeled 7\" Y): expected a number, found \"5;5\"",
         ),
         (
             "a cut row",
@@ -436,4 +436,61 @@ proptest! {
             prop_assert_eq!(&found, track);
         }
     }
+}
+
+#[test]
+fn a_first_frame_beyond_one_is_told() {
+    let starting_at = |first: i64, time_s: f64| {
+        let rows: String = (0..3)
+            .map(|k| format!("{}\t{:.3}\t1\t2\t3\n", first + k, time_s + k as f64 / 60.0))
+            .collect();
+        let text = format!(
+            "PathFileType\t4\t(X/Y/Z)\ta\nDataRate\tUnits\n60\tm\n\
+             Frame#\tTime\tA\n\t\tX1\tY1\tZ1\n{rows}"
+        );
+        let recording = read(&text).unwrap();
+        assert_eq!(
+            (recording.len(), recording.clock.start_unix_nanos()),
+            (3, 0)
+        );
+        findings(&recording)[2..].join("\n")
+    };
+    for (first, time_s) in [
+        (185, 184.0 / 60.0),
+        (185, 185.0 / 60.0),
+        (185, 0.0),
+        (-5, -0.1),
+    ] {
+        let words = format!("the first frame is number {first} of its trial: it is at 0 s here");
+        assert_eq!(starting_at(first, time_s), words);
+    }
+    assert_eq!(starting_at(1, 0.0), "");
+    assert_eq!(starting_at(0, 0.0), "");
+    assert_eq!(starting_at(1, 1.0 / 60.0), "");
+    // Numbers that start anew, or that count another rate.
+    for first in [1, 185] {
+        let words = "the first frame is at 5.000 s of its trial: it is at 0 s here";
+        assert_eq!(starting_at(first, 5.0), words);
+    }
+}
+
+#[test]
+fn what_spreadsheets_and_other_countries_write() {
+    let expected = read(TRC).unwrap();
+    let spread = TRC
+        .replace("\r\n", "\t\t\r\n")
+        .replace("C:\\takes\\one.trc", "\"one, two.trc\"");
+    let commas = spread
+        .replace("120.00", "120,00")
+        .replace("110.763", "110,763")
+        .replace("\t0.0", "\t0,0");
+    for (what, text) in [("tabs and quotes", spread), ("decimal commas", commas)] {
+        let recording = read(&text).unwrap_or_else(|e| panic!("{what}: {e}"));
+        assert_same_tracks(&recording, &expected, what);
+        assert_eq!(recording.clock, expected.clock, "{what}");
+        assert_eq!(findings(&recording), findings(&expected), "{what}");
+    }
+    let nameless = read(&TRC.replace("Unlabeled 7", "")).unwrap();
+    assert_eq!(nameless.markers[1].name, "2");
+    assert_eq!(nameless.markers[1].kind, MarkerKind::Unlabelled);
 }

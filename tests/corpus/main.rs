@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod c3d;
+mod capture;
 mod check;
 mod containers;
 mod faults;

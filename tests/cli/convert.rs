@@ -37,7 +37,7 @@ fn files_that_cannot_be_read_say_where_and_leave_nothing() {
         ),
         (
             "cut.csv",
-            with(b"1,0.01,1"),
+            with(b"1,0.01,1\n"),
             "line 8: expected 5 cells, found 3: the row is cut off",
         ),
         (

@@ -1,6 +1,6 @@
 //! Exit codes: one fault has one code, in every command.
 
-use crate::support::{Bench, stderr};
+use crate::support::{Bench, SMALL, stderr};
 
 /// A call of a command.
 type Call = Vec<&'static str>;
@@ -111,6 +111,24 @@ fn inputs() {
             vec!["settings", "gone"],
         ],
     );
+    // A copy that broke off: within a row, and behind one.
+    let csv = Bench::simulated(&[]);
+    let take = csv.bytes("session/test/cube_test_01.csv");
+    let half = &take[..take.len() / 2];
+    csv.write("session/test/cube_test_01.csv", half);
+    let rows = half.iter().rposition(|&byte| byte == b'\n').expect("rows");
+    csv.write("rows.csv", &half[..=rows]);
+    for cut in ["rows.csv", "session/test/cube_test_01.csv"] {
+        let mut lossy = calls(cut, &["-o", "out.mcap", "-q", "--force"]);
+        lossy.retain(|call| ["convert", "process", "learn"].contains(&call[0]));
+        lossy.push(vec!["check", cut, "-q"]);
+        lossy.push(vec!["export", cut, "-o", "out.csv", "-q", "--force"]);
+        all_end(&csv, "data was lost", 3, &lossy);
+    }
+    let run = [&["run", "session", "-o", "out", "-q"], &SMALL[..]].concat();
+    let accepted = [&run[..], &["--accept", "cut-short"]].concat();
+    all_end(&csv, "data was lost", 3, &[run.clone(), run]);
+    assert_eq!(csv.inhand(&accepted).status.code(), Some(0));
     let mut lossy = calls("part.mcap", &out);
     lossy.retain(|call| call[0] == "recover");
     lossy.push(vec!["info", "part.mcap"]);

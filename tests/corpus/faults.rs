@@ -218,7 +218,7 @@ const FAULTS: [Fault<'_>; 31] = [
         "",
         |t| one(t, TRAIN, Table::drop_samples),
         &["frame-jumps", "time-column"],
-        0,
+        3,
     ),
     (
         "every 20th sample dropped, numbered anew",
@@ -229,8 +229,8 @@ const FAULTS: [Fault<'_>; 31] = [
                 t.renumber(1);
             })
         },
-        &["declared-count"],
-        0,
+        &["cut-short"],
+        3,
     ),
     (
         "samples repeated",

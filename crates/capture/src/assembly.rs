@@ -94,6 +94,10 @@ impl Assembly {
             self.take.findings.extend(part.findings);
             self.annotations = part.annotations;
         }
+        if let Some(line) = rows.cut {
+            let message = "the last row is cut off and left out: the file was cut";
+            (self.take.findings).push(Finding::warning(format!("line {line}"), message));
+        }
         let gaps = self.grid.place(&rows)?;
         self.times.look_at(&rows, &self.grid);
         let rows = Arc::new(rows);
@@ -194,11 +198,12 @@ impl Assembly {
         if let Some((key, declared)) = self.take.declared_rows
             && declared != self.grid.rows
         {
-            let message = format!(
-                "the header promises {declared} rows, found {}: read what is there; the file was \
-                 cut or edited after the export",
-                self.grid.rows
-            );
+            let found = self.grid.rows;
+            let how = match found < declared {
+                true => "read what is there; the file was cut or edited after the export",
+                false => "read all; the file was edited after the export",
+            };
+            let message = format!("the header promises {declared} rows, found {found}: {how}");
             findings.push(Finding::warning(key, message));
         }
         findings.extend(self.grid.finding());

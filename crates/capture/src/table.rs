@@ -3,7 +3,7 @@
 //! The lines are parsed in pieces of a fixed size, several at a time, and handed on in order, so
 //! that the result does not depend on the number of threads.
 
-use memchr::memchr;
+use memchr::{memchr, memchr_iter};
 use rayon::prelude::*;
 
 use crate::error::CaptureError;
@@ -81,6 +81,8 @@ pub(crate) struct Rows {
     pub(crate) values: Vec<f64>,
     /// Line of the file of each row, from 1.
     pub(crate) lines: Vec<usize>,
+    /// Line of the last row, where the file ends within it.
+    pub(crate) cut: Option<usize>,
 }
 
 impl Table {
@@ -155,11 +157,15 @@ impl Table {
             if rest.is_empty() {
                 break;
             }
-            let end = memchr(b'\n', rest).unwrap_or(rest.len());
+            let line_end = memchr(b'\n', rest);
+            let end = line_end.unwrap_or(rest.len());
             let line = &rest[..end];
             rest = rest.get(end + 1..).unwrap_or_default();
             let line = line.strip_suffix(b"\r").unwrap_or(line);
-            if !self.is_no_row(line, has_frames) {
+            if line_end.is_none() && self.is_cut(line) {
+                // Only the end of the file has no end of line: copies break off anywhere.
+                rows.cut = Some(number);
+            } else if !self.is_no_row(line, has_frames) {
                 self.parse_row(line, number, required, &mut rows)?;
                 rows.lines.push(number);
             }
@@ -174,6 +180,12 @@ impl Table {
     fn is_no_row(&self, line: &[u8], has_frames: bool) -> bool {
         let nothing = |&byte: &u8| byte == b' ' || (has_frames && byte == self.delimiter);
         line.first().is_none_or(nothing) && line.iter().all(nothing)
+    }
+
+    /// Whether a line has fewer cells than a row.
+    fn is_cut(&self, line: &[u8]) -> bool {
+        let cells = memchr_iter(self.delimiter, line).count() + 1;
+        !line.is_empty() && cells < self.required_cells() && self.may_end_after != Some(cells)
     }
 
     fn parse_row(

@@ -1,6 +1,6 @@
 //! Progress and messages on stderr.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::error::Error as StdError;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -8,6 +8,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use inhand_inspection::is_cut_short;
 use inhand_model::{Finding, PerFinger, Setting};
 use inhand_session::SessionError;
 use serde_json::{Value, json};
@@ -27,6 +28,8 @@ pub(crate) struct Console {
     pub(crate) quiet: bool,
     /// The last line of [`Console::say_once`].
     pub(crate) once: RefCell<String>,
+    /// Whether an input was found to end before it should.
+    pub(crate) lost: Cell<bool>,
 }
 
 impl Console {
@@ -58,6 +61,7 @@ impl Console {
 
     /// A finding about a file that is used all the same.
     pub(crate) fn finding(&self, file: &str, finding: &Finding) {
+        self.lost.set(self.lost.get() || is_cut_short(finding));
         self.say(&format!("{:<8} {file}: {finding}", finding.severity.name()));
     }
 

@@ -10,11 +10,11 @@ mod interrupt;
 mod options;
 mod output;
 mod progress;
-mod visible;
 #[cfg(test)]
 mod tests;
+mod visible;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ffi::OsString;
 use std::io;
 
@@ -65,6 +65,7 @@ fn main() -> std::process::ExitCode {
     let console = Console {
         quiet: cli.quiet,
         once: RefCell::default(),
+        lost: Cell::default(),
     };
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()
@@ -82,6 +83,10 @@ fn main() -> std::process::ExitCode {
         Err(error) => Err(anyhow::Error::new(error).context("cannot start threads")),
     };
     progress::wait_if_ending();
+    let result = result.map(|exit| match exit {
+        Exit::Done => Exit::done_unless(console.lost.get()),
+        other => other,
+    });
     let exit = result.unwrap_or_else(|error| {
         let exit = Exit::from_error(&error);
         if exit != Exit::Done {

@@ -27,6 +27,7 @@ pub(crate) use convention::rotation_by_fingertips;
 
 pub use checkup::*;
 pub use output::{Checked, ranked, to_json, to_markdown, to_text};
+pub use source_and_roles::{CUT_SHORT, is_cut_short};
 
 /// Limits of a check.
 #[derive(Clone, Debug, PartialEq)]

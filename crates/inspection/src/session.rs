@@ -11,6 +11,7 @@ use inhand_model::{
 };
 use inhand_motion::MotionError;
 
+use crate::check::CUT_SHORT;
 use crate::check::{CheckResult, CheckSettings, check};
 use crate::detect;
 use crate::lookup::is_named_after;
@@ -45,6 +46,7 @@ pub const SESSION_CHECKS: [&str; TAKE_CHECKS + 17] = [
     "repeated-frames",
     "frame-jumps",
     "time-column",
+    CUT_SHORT,
     "declared-count",
     "damaged-samples",
     "start-time",
@@ -71,7 +73,7 @@ pub const SESSION_CHECKS: [&str; TAKE_CHECKS + 17] = [
 ];
 
 /// How many of [`SESSION_CHECKS`] are those of [`check`] and of the detectors.
-const TAKE_CHECKS: usize = 29;
+const TAKE_CHECKS: usize = 30;
 
 /// Checks that say what they found wherever there is evidence: those silent about a take did not look at it.
 const NEED_EVIDENCE: [&str; 6] = [

@@ -263,6 +263,7 @@ impl Columns {
             frames: frames.iter().map(|&(_, number, _)| number).collect(),
             times_s: frames.iter().map(|&(.., time_s)| time_s).collect(),
             values,
+            cut: None,
             lines: frames.iter().map(|&(line, ..)| line).collect(),
         }
     }

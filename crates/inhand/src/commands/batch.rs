@@ -1,6 +1,6 @@
 //! `inhand batch SESSIONS... -o OUT`.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -139,6 +139,7 @@ fn check_accepted_takes(args: &Args) -> Result<()> {
     let quiet = Console {
         quiet: true,
         once: RefCell::default(),
+        lost: Cell::default(),
     };
     let mut names = BTreeSet::new();
     let mut typed = Settings::default();

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::ArgAction;
+use inhand_inspection::CUT_SHORT;
 use inhand_model::{Inspection, Level, SessionFinding};
 use inhand_session::{
     Event, OutputScope, RunOptions, Settings, TakeEntry, is_take, list_takes, locate, take_name,
@@ -308,8 +309,10 @@ fn split_line(settings: &Settings) -> Option<String> {
 
 /// Whether findings that are not accepted are of the level from which a command exits with 3.
 pub(crate) fn fails(inspection: &Inspection, fail_on: FailOn) -> bool {
+    let mut cut = inspection.counted(Level::Info);
     let counted = inspection.counted(Level::Info);
-    fail_on.is_met(counted.map(|finding| finding.level).max())
+    cut.any(|finding| finding.id == CUT_SHORT)
+        || fail_on.is_met(counted.map(|finding| finding.level).max())
 }
 
 #[cfg(test)]

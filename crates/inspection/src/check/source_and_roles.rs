@@ -8,9 +8,18 @@ use super::checkup::{CheckResult, Level};
 use super::subject::Subject;
 use super::words::{count, names};
 
+/// Identifier of files that end before they should: data was lost.
+pub const CUT_SHORT: &str = "cut-short";
+
+/// Whether a finding says that the file ends before it should.
+pub fn is_cut_short(finding: &Finding) -> bool {
+    finding_id(finding) == CUT_SHORT
+}
+
 /// Identifiers of what readers find, by words of their messages; anything else is `source`.
-const FINDINGS: [(&str, &str); 7] = [
+const FINDINGS: [(&str, &str); 8] = [
     ("leaves out", "frame-jumps"),
+    ("the file was cut", CUT_SHORT),
     ("time column", "time-column"),
     ("promises", "declared-count"),
     ("start time", "start-time"),
@@ -31,7 +40,7 @@ pub(crate) fn findings(recording: &Recording) -> Vec<CheckResult> {
                 "the file was cut or edited after the export: use the original, if there is one"
             }
             // The finding says what happened to the file.
-            (Level::Warn, "declared-count") => "use the original, if there is one",
+            (Level::Warn, "declared-count" | CUT_SHORT) => "use the original, if there is one",
             (Level::Warn, "time-column") => "check the rate that the file states",
             (Level::Warn, "damaged-samples") => "export again",
             _ => "",

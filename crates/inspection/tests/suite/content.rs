@@ -362,7 +362,7 @@ fn findings_of_the_reader_are_known() {
     );
     for id in [
         "frame-jumps",
-        "declared-count",
+        "cut-short",
         "time-column",
         "damaged-samples",
         "start-time",
@@ -370,7 +370,7 @@ fn findings_of_the_reader_are_known() {
         assert!(checkup.result(id).is_some(), "{id}: {:#?}", checkup.results);
     }
     assert!(checkup.result("source").is_none(), "{:#?}", checkup.results);
-    let declared = checkup.result("declared-count").expect("it was there");
+    let declared = checkup.result("cut-short").expect("it was there");
     assert!(declared.found.contains("cut or edited after the export"));
     assert_eq!(declared.advice, "use the original, if there is one");
 }

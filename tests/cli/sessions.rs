@@ -443,7 +443,8 @@ fn a_batch_goes_past_a_bad_session_and_goes_on_later() {
     }
     let take = bench.files("bad/test")[0].clone();
     let sound = bench.bytes(&format!("bad/test/{take}"));
-    bench.write(&format!("bad/test/{take}"), &sound[..sound.len() / 2]);
+    // Cut in the header.
+    bench.write(&format!("bad/test/{take}"), &sound[..400]);
 
     let batch = [
         &["batch", "bad", "good", "-o", "results"],

@@ -34,4 +34,6 @@ mod steps;
 mod stored;
 mod support;
 mod tables;
+#[cfg(unix)]
+mod targets;
 mod view;

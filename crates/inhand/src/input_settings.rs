@@ -8,14 +8,18 @@ use inhand_session::{Role, SETTINGS_FILE, Settings, is_take};
 use crate::console::Console;
 use crate::exit::usage;
 use crate::options::{SourceOptions, TakeOptions};
+use crate::output::reads;
 
 impl SourceOptions {
     /// The settings file for inputs: the one that is named, else that of their session, which is printed.
     pub(crate) fn file(&self, console: &Console, inputs: &[&Path]) -> Result<Option<PathBuf>> {
         if self.settings.is_some() {
-            return Ok(self.named().map(Path::to_owned));
+            let named = self.named().map(Path::to_owned);
+            reads(named.as_slice());
+            return Ok(named);
         }
         let found = settings_beside(inputs)?;
+        reads(found.as_slice());
         if let Some(file) = &found {
             console.say_once(&format!("settings  {}", file.display()));
         }

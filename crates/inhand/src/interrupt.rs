@@ -1,14 +1,13 @@
 //! Ctrl-C and SIGTERM: which results are kept, and how to go on.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use inhand_session::{make_no_more, remove_unfinished};
+use inhand_session::remove_unfinished;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use signal_hook::low_level::emulate_default_handler;
@@ -22,15 +21,12 @@ const TICK: Duration = Duration::from_millis(100);
 static STATE: Mutex<State> = Mutex::new(State {
     kept: None,
     files: 0,
-    folders: Vec::new(),
     stop: None,
 });
 
 struct State {
     kept: Option<String>,
     files: usize,
-    /// Folders that are written into, and whether folders in them are too.
-    folders: Vec<(PathBuf, bool)>,
     stop: Option<Box<dyn Fn() + Send>>,
 }
 
@@ -67,17 +63,6 @@ pub(crate) fn wrote() {
     state().files += 1;
 }
 
-/// Names a folder that unfinished files are removed from; `all` for those in it too.
-pub(crate) fn writes_in(folder: &Path, all: bool) {
-    let here = folder.as_os_str().is_empty();
-    let folder = if here { Path::new(".") } else { folder };
-    let entry = (folder.to_owned(), all);
-    let folders = &mut state().folders;
-    if !folders.contains(&entry) {
-        folders.push(entry);
-    }
-}
-
 /// Calls this instead of ending the process.
 pub(crate) fn stops_by(stop: impl Fn() + Send + 'static) {
     state().stop = Some(Box::new(stop));
@@ -106,25 +91,8 @@ fn interrupted(signal: i32) {
     };
     // There is no place to report a lost stderr.
     let _ = writeln!(io::stderr().lock(), "interrupted: {kept}");
-    let mut folders = state.folders.clone();
-    // Outputs that are devices or FIFOs are made there first.
-    folders.push((std::env::temp_dir(), false));
-    make_no_more();
-    for (folder, all) in &folders {
-        clean(folder, *all);
-    }
+    remove_unfinished();
     // A shell that runs a script ends it where a command ends by the signal, but not for an exit code.
     let _ = emulate_default_handler(signal);
     process::exit(128 + signal);
-}
-
-/// Removes unfinished files of this process.
-fn clean(folder: &Path, all: bool) {
-    remove_unfinished(folder, true);
-    let entries = all.then(|| folder.read_dir().ok()).flatten();
-    for entry in entries.into_iter().flatten().flatten() {
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            clean(&entry.path(), true);
-        }
-    }
 }

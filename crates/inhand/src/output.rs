@@ -2,17 +2,22 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Error, Result};
 use clap::Args;
 use inhand_session::containers::hash_file;
+use inhand_session::sessions::Part;
+use inhand_session::tables::facts_path;
 use inhand_session::{
     BAG_FACTS, already_exists, check_target, is_stream, scratch_folder, take_files, write_text,
 };
 
 use crate::console::{Console, data};
 use crate::exit::UsageError;
-use crate::interrupt;
+
+/// Files that this call reads: no output may replace them.
+static READ: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// An output file.
 #[derive(Clone, Debug, Args)]
@@ -90,8 +95,8 @@ pub(crate) fn write_output<T, E: Into<Error>>(
     force: bool,
     write: impl FnOnce(&Path) -> Result<T, E>,
 ) -> Result<T> {
-    interrupt::writes_in(target.parent().unwrap_or(target), false);
-    if force || !target.is_file() {
+    check_output(target, || true)?;
+    if force || !target.is_file() || is_stream(target) {
         return write(target).map_err(Into::into);
     }
     let scratch = scratch_folder(target)?;
@@ -114,10 +119,29 @@ pub(crate) fn check_outputs<'a, P: AsRef<Path>>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[P],
 ) -> Result<()> {
-    let inputs = with_files(inputs);
-    let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
-    let mut outputs = outputs.into_iter();
-    Ok(outputs.try_for_each(|output| check_target(output, &inputs, || true))?)
+    reads(inputs);
+    (outputs.into_iter()).try_for_each(|output| check_output(output, || true))
+}
+
+/// Refuses an output that is a folder or a file which this call reads, or that exists and may not be replaced.
+pub(crate) fn check_output(output: &Path, may_replace: impl FnOnce() -> bool) -> Result<()> {
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
+    Ok(check_target(output, &inputs, may_replace)?)
+}
+
+/// Notes files that this call reads, with those that belong to them: files of a bag, facts of a wide CSV.
+pub(crate) fn reads<P: AsRef<Path>>(inputs: &[P]) {
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    read.extend(inputs.iter().map(|input| facts_path(input.as_ref())));
+    read.extend(with_files(inputs));
+}
+
+/// Notes an evaluation that this call reads, with the rows and facts of its run beside it.
+pub(crate) fn reads_part(part: &Part) {
+    let beside = ["rows.parquet", "rows.held_out.parquet", "run.json"];
+    reads(&beside.map(|name| part.path.with_file_name(name)));
+    reads(&[&part.path]);
 }
 
 /// Inputs with the files of those that are bag folders.

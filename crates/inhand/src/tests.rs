@@ -64,6 +64,20 @@ The same fault has the same code in every command.
 `check` reports an input that cannot be read as a finding of level fail (exit code 3); `batch` skips sessions that fail
 and ends with 3.
 
+## Outputs
+
+An output appears whole or not at all, in a folder that is created where it is missing. It has the mode of the file that
+it replaces, else the one that the umask leaves.
+
+* A device, a FIFO or `/dev/stdout` is written to and never replaced. A table or a dictionary has no files beside it then.
+* A symbolic link is followed, and stays. One to a file that is not there is refused.
+* An output that is a file which the command reads is refused, also by a link: inputs, the settings file, events, the
+  vocabulary, the dictionary, takes of a session, rows beside an evaluation.
+* One process at a time writes into the folder of `run`, `batch`, `demo`, `simulate` and `learn --work`. Another is
+  refused with the number and the command of the first.
+* A process that is killed leaves files `.inhand-unfinished-*`. The next command that writes into the folder removes
+  them; those of processes that still run are locked and stay.
+
 ## Long work
 
 On a terminal, work of more than two seconds has a line with an estimate of the time left; with `--quiet`, in files and

@@ -39,6 +39,7 @@ pub fn simulate_session(
     force: bool,
 ) -> Result<Vec<PathBuf>, SessionError> {
     let takes = session(simulated, seed)?;
+    let _claim = output::claim_folder(folder)?;
     let roles = (takes.train.iter().map(|take| (Role::Train, take)))
         .chain(takes.test.iter().map(|take| (Role::Test, take)));
     let files: Vec<_> = roles
@@ -49,9 +50,6 @@ pub fn simulate_session(
         output::check_target(target, &[], || force)?;
     }
     refuse_other_takes(folder, &files)?;
-    for role in [Role::Train, Role::Test] {
-        output::remove_unfinished(&folder.join(role.name()), false);
-    }
     let provenance = Provenance {
         tool: TOOL.to_owned(),
         step: "simulate".to_owned(),

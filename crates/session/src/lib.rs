@@ -69,8 +69,8 @@ pub use look::look_at_training;
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{
-    already_exists, check_target, is_stream, make_no_more, remove_unfinished, same_file,
-    scratch_folder, write_atomic, write_durable, write_text,
+    FolderClaim, Unfinished, already_exists, check_target, claim_folder, is_stream,
+    remove_unfinished, same_file, scratch_folder, write_atomic, write_text, write_whole,
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use ros2::write_ros2;

@@ -186,8 +186,6 @@ pub(crate) fn claim(
     command: &[String],
 ) -> Result<Vec<PathBuf>, SessionError> {
     let (folder, mut removed) = (folder_of(run_file), Vec::new());
-    output::remove_unfinished(folder, false);
-    output::remove_unfinished(&folder.join(crate::run::FIGURES), false);
     let earlier = read(run_file).map_or_else(BTreeMap::new, |earlier| earlier.manifest.outputs);
     for (name, hash) in earlier {
         let Some(stale) = file_in(folder, &name) else {

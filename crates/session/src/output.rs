@@ -1,49 +1,155 @@
 //! Outputs appear whole or not at all.
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufWriter, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::{LazyLock, PoisonError, RwLock};
-use std::time::SystemTime;
-
-use tempfile::{TempDir, TempPath};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::SessionError;
 
-/// How the names of unfinished files begin.
-const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
+/// How the names of unfinished files and folders begin.
+const PREFIX: &str = ".inhand-unfinished-";
 
-/// Held while an unfinished file or a scratch folder is made or gets its name.
-static MAKING: RwLock<()> = RwLock::new(());
+/// What this process has not finished.
+static OPEN: Mutex<Open> = Mutex::new(Open {
+    unfinished: BTreeSet::new(),
+    searched: BTreeSet::new(),
+});
 
-/// Lets no thread of this process make or finish files or scratch folders any more: whoever tries waits until the
-/// process ends. For the end of a process, before [`remove_unfinished`].
-pub fn make_no_more() {
-    std::mem::forget(MAKING.write().unwrap_or_else(PoisonError::into_inner));
+struct Open {
+    unfinished: BTreeSet<PathBuf>,
+    /// Folders that were searched for what killed processes left.
+    searched: BTreeSet<PathBuf>,
 }
 
-/// How the names of unfinished files of this process begin.
-///
-/// Processes on other machines, and in other containers, may have the same number.
-fn own_prefix() -> &'static str {
-    static PREFIX: LazyLock<String> = LazyLock::new(|| {
-        let begin = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let nanos = begin.map_or(0, |since| since.as_nanos());
-        format!("{TEMPORARY_PREFIX}{}-{nanos:x}-", std::process::id())
-    });
-    &PREFIX
+fn open() -> MutexGuard<'static, Open> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes unfinished files from a folder: those of any process, or only those and the scratch folders of this one.
-pub fn remove_unfinished(folder: &Path, own: bool) {
-    let prefix = if own { own_prefix() } else { TEMPORARY_PREFIX };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix)) {
-        // What cannot be removed does no harm.
-        if std::fs::remove_file(entry.path()).is_err() && own {
-            let _ = std::fs::remove_dir_all(entry.path());
+/// Removes the unfinished files and folders of this process, for its end: a thread that begins or finishes one
+/// afterwards waits until the process ends.
+pub fn remove_unfinished() {
+    let open = open();
+    open.unfinished.iter().for_each(|path| remove(path));
+    std::mem::forget(open);
+}
+
+/// Removes a file or a folder. What cannot be removed does no harm.
+fn remove(path: &Path) {
+    let _ = fs::remove_file(path).or_else(|_| fs::remove_dir_all(path));
+}
+
+/// A file or folder that is removed when dropped. It is locked while it is open, so that other processes remove it
+/// if this one is killed, and not before.
+#[derive(Debug)]
+pub struct Unfinished {
+    path: PathBuf,
+    /// `None` for a folder on a system that cannot open folders; other processes leave those.
+    file: Option<File>,
+}
+
+impl Unfinished {
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Makes one in a folder, and removes what killed processes left there.
+    fn make(
+        folder: &Path,
+        make: impl Fn() -> io::Result<(PathBuf, Option<File>)>,
+    ) -> io::Result<Self> {
+        let mut open = open();
+        if open.searched.insert(folder.to_owned()) {
+            remove_left(folder);
+        }
+        loop {
+            let (path, file) = make()?;
+            let lock = file.as_ref().map(File::try_lock);
+            // Another process may remove it as left before it is locked. Without locks in a file system nothing is.
+            if !matches!(lock, Some(Err(TryLockError::WouldBlock))) && path.exists() {
+                open.unfinished.insert(path.clone());
+                return Ok(Self { path, file });
+            }
         }
     }
+
+    /// Gives a finished file the name of its target, and the mode of the file that it replaces.
+    fn finish(self, target: &Path) -> io::Result<()> {
+        let _open = open();
+        if let Ok(replaced) = fs::metadata(target) {
+            fs::set_permissions(&self.path, replaced.permissions())?;
+        }
+        fs::rename(&self.path, target)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let mut open = open();
+        remove(&self.path);
+        open.unfinished.remove(&self.path);
+    }
+}
+
+/// Removes what killed processes left in a folder: what nobody has locked.
+fn remove_left(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|e| e.file_name().to_string_lossy().starts_with(PREFIX)) {
+        // A FIFO would wait for a writer.
+        let kind = (entry.file_type().ok()).filter(|kind| kind.is_file() || kind.is_dir());
+        let (path, mut options) = (entry.path(), File::options());
+        // Network file systems lock files only where they are open for writing.
+        let file = kind.map(|kind| options.read(true).write(kind.is_file()).open(&path));
+        if let Some(Ok(file)) = file
+            && file.try_lock().is_ok()
+        {
+            remove(&path);
+        }
+    }
+}
+
+/// A folder whose results only this process writes, until this is dropped.
+#[derive(Debug)]
+pub struct FolderClaim {
+    _holder: Option<Unfinished>,
+    _lock: File,
+}
+
+/// Claims a folder for the results of this process; it is created where it is missing. `None` where it cannot be
+/// opened: writing into it says why.
+///
+/// # Errors
+///
+/// [`SessionError::Usage`] that names the process which has claimed it.
+pub fn claim_folder(folder: &Path) -> Result<Option<FolderClaim>, SessionError> {
+    let Ok(lock) = fs::create_dir_all(folder).and_then(|()| File::open(folder)) else {
+        return Ok(None);
+    };
+    let path = folder.join(format!("{PREFIX}holder"));
+    if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
+        let holder = fs::read_to_string(path).unwrap_or_else(|_| "another process".to_owned());
+        let message = "is writing into this folder: wait until it ends, or name another folder";
+        return Err(SessionError::usage(folder, format!("{holder} {message}")));
+    }
+    let command: Vec<_> = std::env::args_os().collect();
+    let command = command.join(OsStr::new(" "));
+    let holder = Unfinished::make(folder, || {
+        let mut file = File::create(&path)?;
+        write!(
+            file,
+            "process {} ({})",
+            std::process::id(),
+            command.display()
+        )?;
+        Ok((path.clone(), Some(file)))
+    });
+    Ok(Some(FolderClaim {
+        _holder: holder.ok(),
+        _lock: lock,
+    }))
 }
 
 /// Writes a file beside its target and renames it, so that nobody ever sees half of it. A device or a FIFO
@@ -59,75 +165,71 @@ pub fn write_atomic(
     write_whole(path, write, false)
 }
 
-/// The same for a file that must outlast a crash of the machine.
+/// The same; a `durable` file outlasts a crash of the machine.
 ///
 /// # Errors
 ///
 /// As [`write_atomic`].
-pub fn write_durable(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
-) -> Result<(), SessionError> {
-    write_whole(path, write, true)
-}
-
-fn write_whole(
+pub fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
     durable: bool,
 ) -> Result<(), SessionError> {
-    let link = path.is_symlink().then(|| path.canonicalize());
+    let failed = || SessionError::io("write", path);
+    let link = (path.is_symlink() && !is_stream(path)).then(|| path.canonicalize());
     let link = link.and_then(Result::ok);
-    let path = link.as_deref().unwrap_or(path);
-    let folder = folder_for_unfinished(path)?;
-    let making = MAKING.read();
-    let temporary = tempfile::Builder::new()
-        .prefix(own_prefix())
-        .tempfile_in(folder)
-        .map_err(SessionError::io("write", path))?;
-    drop(making);
-    let (file, temporary) = temporary.into_parts();
+    let target = link.as_deref().unwrap_or(path);
+    let folder = folder_for_unfinished(target)?;
+    let unfinished = Unfinished::make(&folder, || {
+        let made = new_name(!is_stream(target)).tempfile_in(&folder)?;
+        let (file, path) = made.keep()?;
+        Ok((path, Some(file)))
+    });
+    let unfinished = unfinished.map_err(failed())?;
+    let locked = unfinished.file.as_ref();
+    let file = locked.map_or_else(|| File::create(unfinished.path()), File::try_clone);
+    let file = file.map_err(failed())?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     write(&mut out)?;
-    out.flush().map_err(SessionError::io("write", path))?;
-    if is_stream(path) {
-        return copy_into(path, &temporary).map_err(SessionError::io("write", path));
+    out.flush().map_err(failed())?;
+    if is_stream(target) {
+        return copy_into(target, out.get_ref()).map_err(failed());
     }
-    let _naming = MAKING.read();
-    rename(out, temporary, path, durable)
-}
-
-/// Whether a path is a device, a FIFO or a socket.
-pub fn is_stream(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|facts| !facts.is_file() && !facts.is_dir())
-}
-
-fn copy_into(stream: &Path, finished: &Path) -> std::io::Result<()> {
-    let mut stream = File::options().write(true).open(stream)?;
-    std::io::copy(&mut File::open(finished)?, &mut stream)?;
-    Ok(())
-}
-
-/// Gives a temporary file the name of its target.
-fn rename(
-    out: BufWriter<File>,
-    temporary: TempPath,
-    path: &Path,
-    durable: bool,
-) -> Result<(), SessionError> {
     if durable {
         // What is read by other processes, or by a later call after a crash, has to be on the disk
         // before its name is; and some network file systems say only now that there is no room.
-        out.get_ref()
-            .sync_all()
-            .map_err(SessionError::io("write", path))?;
+        out.get_ref().sync_all().map_err(failed())?;
     }
     drop(out);
-    // Temporary files are private to their owner; a result is an ordinary file.
-    set_ordinary_permissions(&temporary)?;
-    temporary
-        .persist(path)
-        .map_err(|error| SessionError::io("write", path)(error.error))
+    unfinished.finish(target).map_err(failed())
+}
+
+/// Whether a path is a device, a FIFO, a socket, or an open file of this process.
+pub fn is_stream(path: &Path) -> bool {
+    let open = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
+    let special = |facts: fs::Metadata| {
+        !facts.is_dir() && (!facts.is_file() || open.iter().any(|open| path.starts_with(open)))
+    };
+    fs::metadata(path).is_ok_and(special)
+}
+
+/// Appends, since an open file may hold something before.
+fn copy_into(stream: &Path, mut finished: &File) -> io::Result<()> {
+    let mut stream = File::options().append(true).open(stream)?;
+    finished.rewind()?;
+    io::copy(&mut finished, &mut stream).map(drop)
+}
+
+/// Names for unfinished files and folders. A result has the mode of ordinary files, a copy for a stream is private.
+fn new_name(ordinary: bool) -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    #[cfg(unix)]
+    if ordinary {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder
 }
 
 /// Folder of a file.
@@ -136,21 +238,16 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     folder.unwrap_or(Path::new("."))
 }
 
-/// Folder of a file to be written, created where it is missing.
-fn make_folder_of(path: &Path) -> Result<&Path, SessionError> {
-    let folder = folder_of(path);
-    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
-    Ok(folder)
-}
-
-/// Folder of an output while it is unfinished.
+/// Folder of an output while it is unfinished, created where it is missing.
 ///
 /// Some formats seek back while they are written, which a FIFO cannot: it gets the finished file.
 fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
-    match is_stream(path) {
-        true => Ok(std::env::temp_dir()),
-        false => make_folder_of(path).map(Path::to_owned),
+    if is_stream(path) {
+        return Ok(std::env::temp_dir());
     }
+    let folder = folder_of(path);
+    fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
+    Ok(folder.to_owned())
 }
 
 /// A temporary folder beside an output, on a disk that has room for it. For a device or a FIFO it is among the
@@ -159,13 +256,14 @@ fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
 /// # Errors
 ///
 /// [`SessionError::Io`].
-pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
+pub fn scratch_folder(output: &Path) -> Result<Unfinished, SessionError> {
     let folder = folder_for_unfinished(output)?;
-    let _making = MAKING.read();
-    tempfile::Builder::new()
-        .prefix(own_prefix())
-        .tempdir_in(&folder)
-        .map_err(SessionError::io("create a folder in", &folder))
+    let made = Unfinished::make(&folder, || {
+        let path = new_name(false).tempdir_in(&folder)?.keep();
+        let open = File::open(&path).ok();
+        Ok((path, open))
+    });
+    made.map_err(SessionError::io("create a folder in", &folder))
 }
 
 /// Writes text by [`write_atomic`].
@@ -180,12 +278,24 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     })
 }
 
-/// Whether two paths name one file: the same one on disk, or the same path where there is none.
+/// Whether two paths name one file, also by links; or are the same where there is none.
 pub fn same_file(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
+    match (identity(a), identity(b)) {
+        (Some(a), Some(b)) => a == b,
         _ => a == b,
     }
+}
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    use std::os::unix::fs::MetadataExt as _;
+    let facts = fs::metadata(path).ok()?;
+    Some((facts.dev(), facts.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<PathBuf> {
+    path.canonicalize().ok()
 }
 
 /// Refuses an output that is also an input, or that exists and may not be replaced; a device or a FIFO is never replaced.
@@ -220,16 +330,4 @@ pub fn check_target(
 /// An output, or a folder of outputs, that exists and must not change without --force.
 pub fn already_exists(path: &Path) -> SessionError {
     SessionError::usage(path, "already exists; use --force to overwrite")
-}
-
-#[cfg(unix)]
-fn set_ordinary_permissions(path: &Path) -> Result<(), SessionError> {
-    use std::os::unix::fs::PermissionsExt as _;
-    let permissions = std::fs::Permissions::from_mode(0o644);
-    std::fs::set_permissions(path, permissions).map_err(SessionError::io("write", path))
-}
-
-#[cfg(not(unix))]
-fn set_ordinary_permissions(_path: &Path) -> Result<(), SessionError> {
-    Ok(())
 }

@@ -22,6 +22,7 @@ use crate::dictionary_file;
 use crate::error::{Located, SessionError};
 use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
+use crate::output::{FolderClaim, claim_folder};
 use crate::scope::OutputScope;
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
@@ -169,6 +170,7 @@ struct Run<'a> {
     settings: &'a Settings,
     session: Session,
     files: RunFiles,
+    _claim: Option<FolderClaim>,
     begin: Instant,
     watch: RefCell<&'a mut dyn FnMut(Event<'_>)>,
     timings_s: RefCell<BTreeMap<String, f64>>,
@@ -195,6 +197,7 @@ impl<'a> Run<'a> {
         let session = session::list_takes(&options.folder, settings)?;
         let files = RunFiles::new(&options.output, &session, options.scope);
         check_output(options, &session, &files)?;
+        let _claim = claim_folder(&options.output)?;
         if !session.skipped.is_empty() {
             watch(Event::Skipped(&session.skipped));
         }
@@ -203,6 +206,7 @@ impl<'a> Run<'a> {
             settings,
             session,
             files,
+            _claim,
             begin,
             watch: RefCell::new(watch),
             timings_s: RefCell::default(),

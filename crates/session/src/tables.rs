@@ -16,7 +16,7 @@ use inhand_model::{MotionRows, PerFinger, Protocol};
 
 use crate::error::{Located, SessionError};
 pub use crate::files::facts_path;
-use crate::output::{write_atomic, write_text};
+use crate::output::{is_stream, write_atomic, write_text};
 use crate::plan::Planned;
 use crate::steps::ProtocolRows;
 use crate::stored;
@@ -71,16 +71,12 @@ impl TableFormat {
     }
 }
 
-/// Whether a table has facts beside it: those of a wide CSV are needed to read it as a take again.
-pub const fn has_facts(what: TablePart, layout: TableLayout, form: TableFormat) -> bool {
-    matches!(
-        (what, layout, form),
-        (
-            TablePart::Recorded | TablePart::Measured,
-            TableLayout::Wide,
-            TableFormat::Csv
-        )
-    )
+/// Whether a table has facts beside it: those of a wide CSV are needed to read it as a take again. Beside a device or a
+/// FIFO there is no place for them.
+pub fn has_facts(path: &Path, what: TablePart, layout: TableLayout, form: TableFormat) -> bool {
+    matches!(what, TablePart::Recorded | TablePart::Measured)
+        && (layout, form) == (TableLayout::Wide, TableFormat::Csv)
+        && !is_stream(path)
 }
 
 /// Writes a take as a table, with its facts beside it where [`has_facts`] says so.
@@ -153,7 +149,7 @@ pub fn write_table(
             })?;
         }
     }
-    if has_facts(what, layout, form) {
+    if has_facts(path, what, layout, form) {
         write_text(&facts_path(path), &facts_json(recording))?;
     }
     Ok(())

@@ -6,7 +6,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use inhand_session::{SessionError, write_atomic, write_durable};
+use inhand_session::{SessionError, write_whole};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -44,11 +44,7 @@ fn write_bytes(path: &Path, bytes: &[u8], durable: bool) -> Result<(), SessionEr
             .and_then(|()| out.write_all(&checksum))
             .map_err(SessionError::io("write", path))
     };
-    if durable {
-        write_durable(path, write)
-    } else {
-        write_atomic(path, write)
-    }
+    write_whole(path, write, durable)
 }
 
 /// Reads the value of a file that has to carry this label.

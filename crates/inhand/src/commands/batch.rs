@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{Event, RunOptions, Settings, check_target, list_takes, write_text};
+use inhand_session::{Event, RunOptions, Settings, claim_folder, list_takes, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -18,6 +18,7 @@ use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
 use crate::interrupt;
 use crate::options::{Format, check_accepted};
+use crate::output::check_output;
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -47,11 +48,12 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let record_file = args.output.join("batch.json");
     let summary_file = args.output.join("summary.html");
+    let _claim = claim_folder(&args.output)?;
     let earlier = Record::read(&record_file);
     // Results beside a record are those of an earlier call.
     let force = args.writing.output.force || earlier.is_some();
-    check_target(&record_file, &[], || force)?;
-    check_target(&summary_file, &[], || force)?;
+    check_output(&record_file, || force)?;
+    check_output(&summary_file, || force)?;
     let mut record = earlier.unwrap_or_default();
     // The folder of results that each session has had so far.
     let known = (record.sessions.iter())
@@ -59,7 +61,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .collect();
     let names = unique(&args.sessions, &known).map_err(UsageError)?;
     check_accepted_takes(args)?;
-    interrupt::writes_in(&args.output, true);
     let count = args.sessions.len();
     let task = console.task("batch", count as f64);
     let (mut failed, mut failed_check) = (0, false);

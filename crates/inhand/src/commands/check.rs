@@ -13,7 +13,7 @@ use crate::console::{Console, with_flags};
 use crate::exit::Exit;
 use crate::input_settings::is_settings;
 use crate::options::{FailOn, SourceOptions};
-use crate::output::{TextOutput, with_files};
+use crate::output::{TextOutput, reads, with_files};
 
 /// Check takes for gaps, swapped markers, wrong rates, units and axes, and count the usable segments.
 ///
@@ -85,6 +85,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         let share = 1.0 / entries.len() as f64;
         for entry in entries {
             task.part(entry.path.display(), share);
+            reads(&[&entry.path]);
             let read = (&[&*entry.path][..], file.as_deref());
             let settings = args.source.layered(read, &[], &|settings| {
                 let process = &mut settings.process;

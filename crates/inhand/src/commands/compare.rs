@@ -1,6 +1,6 @@
 //! `inhand compare BEFORE AFTER`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Result;
@@ -11,7 +11,7 @@ use inhand_session::{EvaluateSection, write_text};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::Format;
-use crate::output::{check_outputs, write_output};
+use crate::output::{check_outputs, reads_part, write_output};
 
 /// Compare two evaluations or two methods, with intervals; fail on a condition
 ///
@@ -72,7 +72,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let before = Part::read(&args.before)?;
     let after = Part::read(args.after.as_ref().unwrap_or(&args.before))?;
-    check_outputs(&args.output, &[&before.path, &after.path])?;
+    [&before, &after].into_iter().for_each(reads_part);
+    check_outputs::<&Path>(&args.output, &[])?;
     let options = CompareOptions {
         method: args.method.clone(),
         against: args.against.clone(),

@@ -7,8 +7,8 @@ use inhand_channels::Views;
 use inhand_export::Ros2Bag;
 use inhand_model::Recording;
 use inhand_session::{
-    BAG_FACTS, Located, Settings, TakeInput, check_target, is_stream, take_name, write_atomic,
-    write_ros2, write_text,
+    BAG_FACTS, Located, Settings, TakeInput, is_stream, take_name, write_atomic, write_ros2,
+    write_text,
 };
 use serde_json::{Value, json};
 
@@ -16,7 +16,7 @@ use crate::commands::{WRITING, file_part, files_task, say_findings, targets};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions};
-use crate::output::{check_outputs, with_files, write_output};
+use crate::output::{check_output, check_outputs, write_output};
 
 /// Convert takes to MCAP recordings, or a recording to Motive CSV 1.23, TRC or C3D.
 ///
@@ -141,13 +141,10 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
     };
     check_outputs(&targets, &args.inputs)?;
     if in_folder {
-        let inputs = with_files(&args.inputs);
-        let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
         for target in &targets {
             // Facts of another bag: those of this one are compared with it.
-            check_target(&target.with_file_name(BAG_FACTS), &inputs, || {
-                args.writing.force || target.exists()
-            })?;
+            let may_replace = || args.writing.force || target.exists();
+            check_output(&target.with_file_name(BAG_FACTS), may_replace)?;
         }
     }
     let mut files = Vec::with_capacity(targets.len());

@@ -7,6 +7,7 @@ use inhand_container::Interval;
 use inhand_model::{Label, Selection};
 use inhand_session::annotate;
 use inhand_session::containers::{self, Cut, Instant};
+use inhand_session::is_stream;
 use serde_json::json;
 
 use crate::console::{Console, print};
@@ -111,7 +112,7 @@ fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
 fn outputs(args: &Args, intervals: Vec<Interval>) -> Vec<(PathBuf, Vec<Interval>)> {
     let extension = args.output.extension();
     let is_mcap = extension.is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
-    if is_mcap && !args.output.is_dir() {
+    if is_stream(&args.output) || is_mcap && !args.output.is_dir() {
         return vec![(args.output.clone(), intervals)];
     }
     let stem = args.input.file_stem().unwrap_or(args.input.as_os_str());

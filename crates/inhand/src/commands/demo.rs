@@ -11,7 +11,6 @@ use inhand_simulation::SessionSettings;
 use crate::commands::run::{ResultOptions, SessionOptions, run_shown};
 use crate::console::Console;
 use crate::exit::Exit;
-use crate::interrupt;
 use crate::options::{FailOn, Format};
 
 /// Simulate a session (five takes of 120 s for training, one for testing) and run every step on it.
@@ -39,7 +38,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         "simulating a session: {shape}, {} takes of {} s for training, {} for testing",
         simulated.train_takes, simulated.take.duration_s, simulated.test_takes
     );
-    interrupt::writes_in(&args.output, true);
     let task = console.step(&line);
     // A session of an earlier demo may be replaced.
     let again = args.writing.output.force || session.join(inhand_session::SETTINGS_FILE).is_file();

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_export::bids::BidsNames;
 use inhand_session::tables::{self, TableFormat, TableLayout, TablePart};
-use inhand_session::{Take, check_target, matrices, read_dictionary};
+use inhand_session::{Take, is_stream, matrices, read_dictionary};
 use serde_json::json;
 
 use crate::commands::read_take;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, SourceOptions, one_of};
-use crate::output::{check_outputs, write_output};
+use crate::output::{check_output, check_outputs, reads, write_output};
 
 /// Write a take or plan as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
 ///
@@ -83,6 +83,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     match TableFormat::from_path(&args.output) {
         Some(form) => to_table(console, args, form),
         None if is_matrices(&args.output) => to_matrices(console, args),
+        None if is_stream(&args.output) => to_table(console, args, TableFormat::Csv),
         None => usage(format!(
             "-o {}: expected .csv or .parquet for a take, .npz or .mat for a dictionary, or --bids \
              with the folder of a dataset; `inhand convert` writes .trc, .c3d and Motive's .csv",
@@ -103,11 +104,9 @@ fn to_table(console: &Console, args: &Args, form: TableFormat) -> Result<Exit> {
         args.layout,
     );
     let mut outputs = vec![args.output.clone()];
-    if tables::has_facts(what, layout, form) {
+    if tables::has_facts(&args.output, what, layout, form) {
         let facts = tables::facts_path(&args.output);
-        check_target(&facts, &[&args.input], || {
-            args.force || args.output.exists()
-        })?;
+        check_output(&facts, || args.force || args.output.exists())?;
         outputs.push(facts);
     }
     write_output(&args.output, args.force, |path| {
@@ -126,9 +125,10 @@ fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exit> {
     }
     let take = take(console, args)?;
     let names = bids_names(names, &take.annotations.about)?;
+    reads(&[&args.input]);
     let outputs = tables::bids_paths(&args.output, &take, &names)?;
     for output in &outputs {
-        check_target(output, &[&args.input], || args.force)?;
+        check_output(output, || args.force)?;
     }
     tables::write_bids(&args.output, &take, &names)?;
     outputs.iter().for_each(|output| console.wrote(output));

@@ -10,8 +10,8 @@ use clap::Subcommand;
 use inhand_model::{DictionaryKind, Inspection, Level, StopReason};
 use inhand_session::containers::hash_file;
 use inhand_session::{
-    Settings, Take, already_exists, hash_take, look_at_training, matrices, provenance,
-    read_dictionary, scratch_folder, take_name, write_dictionary,
+    Settings, Take, already_exists, claim_folder, hash_take, look_at_training, matrices,
+    provenance, read_dictionary, scratch_folder, take_name, write_dictionary,
 };
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
@@ -25,7 +25,7 @@ use crate::interrupt;
 use crate::options::{
     Format, LearnOptions, LookOptions, MethodOptions, TakeOptions, check_accepted,
 };
-use crate::output::{check_outputs, ending, write_output};
+use crate::output::{check_outputs, ending, reads, write_output};
 use crate::progress::Task;
 
 /// Learn a dictionary of motion primitives from takes.
@@ -143,7 +143,6 @@ impl RunOptions {
         takes: &[PathBuf],
         settings: &Settings,
     ) -> Result<LearningFolder> {
-        interrupt::writes_in(folder, true);
         let task = console.task("reading", takes.len() as f64);
         let mut say = |take: &Take| {
             task.part(&take.hash.name, 1.0);
@@ -161,9 +160,11 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     };
     let mut settings = args.options.settings(console, &args.inputs)?;
     ending(output, &["mcap"])?;
+    reads(args.primitives.as_slice());
     check_outputs(&args.output, &args.inputs)?;
     check_together(args, &mut settings)?;
     check_repeats(args, output, &settings)?;
+    let _claim = args.work.as_deref().map(claim_folder).transpose()?;
     // A run that is continued was looked at when it began.
     let is_begun = args.work.as_deref().is_some_and(LearningFolder::exists);
     let inspection = match is_begun {
@@ -173,7 +174,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     let choice = match args.options.learn.ranks() {
         None => None,
         Some(ranks) => {
-            check_outputs([&learn_rank::figure_path(output)], &args.inputs)?;
+            check_outputs(&learn_rank::figure_path(output), &args.inputs)?;
             let segments = learn_rank::segments(&args.inputs, &settings)?;
             let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
             Some(choice?)
@@ -186,7 +187,6 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         Some(work) if is_begun => {
             let folder = LearningFolder::open(work)?;
             folder.check_same(&args.inputs, &settings)?;
-            interrupt::writes_in(work, true);
             console.say(&format!("going on with the run in {}", work.display()));
             folder
         }
@@ -215,10 +215,11 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     drop(task);
     if let Some(choice) = &choice {
         choice.note(&mut learned.provenance);
-        let figure = learn_rank::figure_path(output);
-        let write = |path: &Path| choice.write_figure(path, output);
-        write_output(&figure, args.force, write)?;
-        console.wrote(&figure);
+        if let Some(figure) = learn_rank::figure_path(output) {
+            let write = |path: &Path| choice.write_figure(path, output);
+            write_output(&figure, args.force, write)?;
+            console.wrote(&figure);
+        }
     }
     write_learned(
         console,

@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use inhand_dictionary::{RankCurve, RankGroups, RankSuggestion};
 use inhand_model::{HeldOut, Protocol, Provenance, RankPoint, Segments};
 use inhand_report::{RankFigure, rank_figure_svg};
-use inhand_session::{Role, Settings, steps, write_text};
+use inhand_session::{Role, Settings, is_stream, steps, write_text};
 use serde_json::{Value, json};
 
 use crate::console::Console;
@@ -21,9 +21,9 @@ pub(crate) struct RankChoice {
     suggestion: RankSuggestion,
 }
 
-/// The figure beside a dictionary: `D.rank.svg` for `D.mcap`.
-pub(crate) fn figure_path(dictionary: &Path) -> PathBuf {
-    dictionary.with_extension("rank.svg")
+/// The figure beside a dictionary: `D.rank.svg` for `D.mcap`. None is beside a device or a FIFO.
+pub(crate) fn figure_path(dictionary: &Path) -> Option<PathBuf> {
+    (!is_stream(dictionary)).then(|| dictionary.with_extension("rank.svg"))
 }
 
 /// The training segments, all in memory.

@@ -1,6 +1,6 @@
 //! `inhand report EVALUATION -o FILE`, and `inhand report merge`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -13,7 +13,7 @@ use super::batch;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::Format;
-use crate::output::{check_outputs, ending, write_output};
+use crate::output::{check_outputs, ending, reads_part, write_output};
 
 /// Write an evaluation as a page or in Markdown; join many into one report
 ///
@@ -85,7 +85,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     };
     let forms = forms(&args.output, &["html", "htm", "md"])?;
     let part = Part::read(path)?;
-    check_outputs(&args.output, &[&part.path])?;
+    reads_part(&part);
+    check_outputs::<&Path>(&args.output, &[])?;
     let rows = part.read_rows(Protocol::Published)?;
     let plan_times = plan_times_beside(&part.path);
     let report = Report {
@@ -109,8 +110,8 @@ fn run_merge(console: &Console, args: &MergeArgs) -> Result<Exit> {
     let named = args.parts.iter();
     let named = named.flat_map(|path| batch::results(path).unwrap_or_else(|| vec![path.clone()]));
     let parts = Part::read_all(&named.collect::<Vec<_>>())?;
-    let inputs: Vec<_> = parts.iter().map(|part| &part.path).collect();
-    check_outputs(&args.output, &inputs)?;
+    parts.iter().for_each(reads_part);
+    check_outputs::<&Path>(&args.output, &[])?;
     let options = MergeOptions {
         allow_different: args.allow_different,
         draws: args.draws as usize,

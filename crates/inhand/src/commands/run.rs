@@ -199,7 +199,6 @@ pub(crate) fn run_shown(
     fail_on: FailOn,
 ) -> Result<Exit> {
     let mut printed = Ok(());
-    interrupt::writes_in(&options.output, true);
     let task = console.task("run", 1.0);
     let mut watch = |event: Event<'_>| match event {
         Event::Started(name) => {

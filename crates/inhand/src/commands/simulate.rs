@@ -68,7 +68,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.take.rate_hz = args.rate;
     settings.take.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
     settings.faults = args.faults.then(FaultSettings::bad_session);
-    interrupt::writes_in(&args.output, true);
     interrupt::keeps("the takes written so far are kept; --force writes them again");
     let files = simulate_session(&args.output, &settings, args.seed, args.format, args.force)?;
     let lines = files.iter().map(|file| format!("{}\n", file.display()));

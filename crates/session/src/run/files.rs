@@ -8,7 +8,7 @@ use crate::error::SessionError;
 use crate::manifest;
 use crate::output;
 use crate::scope::OutputScope;
-use crate::session::{Session, SessionTake};
+use crate::session::{SETTINGS_FILE, Session, SessionTake};
 use crate::settings::Role;
 use crate::tables::MotionFiles;
 
@@ -90,11 +90,9 @@ pub(super) fn check_output(
     session: &Session,
     files: &RunFiles,
 ) -> Result<(), SessionError> {
-    let inputs: Vec<_> = session
-        .takes
-        .iter()
-        .map(|take| take.path.as_path())
-        .collect();
+    let settings = options.folder.join(SETTINGS_FILE);
+    let takes = session.takes.iter().map(|take| take.path.as_path());
+    let inputs: Vec<_> = takes.chain([&*settings]).collect();
     // Results of an earlier run are ours to replace; anything else only by force.
     let ours = options.force || manifest::is_run_of(&files.run, &session.name);
     for folder in [&options.output, &files.figures] {

@@ -108,7 +108,6 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
 
 /// A folder that this call does a part in.
 fn open(folder: &Path) -> Result<LearningFolder> {
-    interrupt::writes_in(folder, true);
     interrupt::keeps(format!(
         "what other calls wrote is kept in {}; run the same command again",
         folder.display()

@@ -248,6 +248,11 @@ fn names_of_sessions_stay_text() {
         )
     });
     bench.ok(&["report", "merge", "part", "-o", "x.html", "-o", "x.md"]);
+    // However the part is named, the page is the same.
+    let other = bench.path("part/evaluation.json");
+    let other = other.to_str().expect("a path in UTF-8");
+    bench.ok(&["report", "merge", other, "-o", "other.html"]);
+    assert!(bench.bytes("other.html") == bench.bytes("x.html"));
     for file in ["x.html", "x.md"] {
         let text = String::from_utf8(bench.bytes(file)).expect("text");
         assert!(!text.contains("<script>alert"), "{file}");

@@ -44,7 +44,7 @@ pub struct HeldOutSummary {
 pub struct SessionSummary {
     /// Name.
     pub name: String,
-    /// File of its evaluation, as it was given.
+    /// File of its evaluation and the folder that it is in.
     pub file: String,
     /// Who was recorded, where that is stated.
     pub participant: Option<String>,

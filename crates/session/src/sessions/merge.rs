@@ -320,12 +320,8 @@ fn names(parts: &[Part]) -> Vec<String> {
     }
     let unlike = |part: &Part| {
         let own = name(part);
-        let folder = part.path.canonicalize().ok();
-        let folder = folder
-            .as_deref()
-            .and_then(|path| path.parent()?.file_name());
-        match folder {
-            Some(folder) if times[&own] > 1 => format!("{own} ({})", folder.to_string_lossy()),
+        match part.folder() {
+            Some(folder) if times[&own] > 1 => format!("{own} ({folder})"),
             _ => own,
         }
     };
@@ -340,7 +336,7 @@ fn session(part: &Part, name: String, methods: &[String], held_out: bool) -> Ses
     };
     SessionSummary {
         name,
-        file: part.path.display().to_string(),
+        file: part.file(),
         participant: facts.participant.clone(),
         object: facts.object.clone(),
         task: facts.task.clone(),

@@ -99,6 +99,21 @@ impl Part {
         self
     }
 
+    /// Folder and name of the evaluation's file: the same however it was given.
+    pub(super) fn file(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        match self.folder() {
+            Some(folder) => format!("{folder}/{name}"),
+            None => name.into_owned(),
+        }
+    }
+
+    /// Name of the folder of the results.
+    pub(super) fn folder(&self) -> Option<String> {
+        let path = self.path.canonicalize().ok()?;
+        Some(path.parent()?.file_name()?.to_string_lossy().into_owned())
+    }
+
     /// Whether the rows can be of this evaluation, as far as names tell.
     fn check_rows(&self, protocol: Protocol) -> Result<(), SessionError> {
         let (Some(rows), file) = self.rows_of(protocol) else {

@@ -110,7 +110,15 @@ impl Current {
 pub fn begin_rounds(folder: &LearningFolder) -> Result<(), SessionError> {
     refuse_pca(folder)?;
     if folder.latest_round(0).is_some() {
-        return Ok(());
+        // The last update of a run has none after it that removes what it left when it was killed.
+        let current = current(folder)?;
+        let is_stopped = current.state.stop.is_some();
+        let needed = current.state.round.saturating_sub(usize::from(!is_stopped));
+        remove_before(folder, current.start, needed)?;
+        return match is_stopped {
+            true => begin_next(folder, &current),
+            false => Ok(()),
+        };
     }
     begin_start(folder, &folder.problem()?.0, 0)
 }
@@ -262,9 +270,7 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Sess
         current.state = next.during("learning")?;
         folder.write_state(current.start, &current.state)?;
         // What the round read is needed no more, nor what a killed update left behind.
-        for older in folder.rounds(current.start).filter(|&older| older < round) {
-            remove(&folder.round(current.start, older))?;
-        }
+        remove_before(folder, current.start, round)?;
     }
     if current.state.stop.is_some() {
         // Also where a call that was killed left the next start to be begun.
@@ -296,6 +302,12 @@ fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), SessionE
         begin_start(folder, &stopped.problem, next)?;
     }
     Ok(())
+}
+
+/// Removes the rounds of a start before one.
+fn remove_before(folder: &LearningFolder, start: usize, round: usize) -> Result<(), SessionError> {
+    let mut older = folder.rounds(start).filter(|&older| older < round);
+    older.try_for_each(|older| remove(&folder.round(start, older)))
 }
 
 fn remove(folder: &Path) -> Result<(), SessionError> {

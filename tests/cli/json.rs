@@ -194,15 +194,17 @@ const DOCUMENTS: [(&str, &[&str], i32); 32] = [
 ];
 
 /// Objects whose keys are names; a star is any key.
-const NAMES: [(&str, &str); 11] = [
+const NAMES: [(&str, &str); 13] = [
     ("annotate", "/about"),
     ("annotate", "/events/0/labels"),
     ("export", "/matrices"),
     ("info", "/fingertips"),
     ("info", "/metadata"),
     ("info", "/metadata/*"),
+    ("info", "/metadata_records/0/facts"),
     ("info", "/chunks/compression"),
     ("info", "/channels/0/metadata"),
+    ("recover", "/mended"),
     ("run", "/timings_s"),
     ("run", "/plan_ms"),
     ("run", "/manifest/outputs"),

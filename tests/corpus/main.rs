@@ -9,6 +9,7 @@ mod check;
 mod containers;
 mod faults;
 mod files;
+mod odd_files;
 #[path = "../cli/plant.rs"]
 mod plant;
 mod real;

@@ -1,9 +1,10 @@
 //! Contents of an MCAP file of any writer.
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
-use inhand_container::{Depth, Record, is_mcap, walk, zstd_size};
+use inhand_container::{Depth, MetadataRecord, Record, Source, listed, walk_source, zstd_size};
 use inhand_model::{PerFinger, Status, TrackCounts};
 use prost::Message;
 use serde::Serialize;
@@ -32,8 +33,12 @@ pub struct FileInfo {
     pub messages_without_channel: u64,
     /// Chunks.
     pub chunks: ChunkInfo,
-    /// Metadata records.
+    /// Metadata records by name, the last of each.
     pub metadata: Metadata,
+    /// All metadata records in the file's order.
+    pub metadata_records: Vec<MetadataRecord>,
+    /// Where counts and times of the summary or of chunks contradict the messages.
+    pub warnings: Vec<String>,
     /// Attachments in the file's order.
     pub attachments: Vec<AttachmentInfo>,
     /// Edges of the tree of frames, as far as the file states it in Foxglove's messages.
@@ -178,22 +183,54 @@ pub struct FingerInfo {
 ///
 /// [`ChannelError::Container`] for bytes that are no MCAP file.
 pub fn info(bytes: &[u8], file_name: &str) -> Result<FileInfo, ChannelError> {
+    info_of_source(&mut Source::open(file_name, Cursor::new(bytes))?)
+}
+
+/// As [`info`] for a file of any size.
+///
+/// # Errors
+///
+/// [`ChannelError::Container`] for a file that cannot be read.
+pub fn info_of_source(source: &mut Source<'_>) -> Result<FileInfo, ChannelError> {
     let mut listing = Listing::default();
-    let end = walk(file_name, bytes, Depth::Everything, |record| {
+    let listed = listed(source)?;
+    let end = walk_source(source, |record| {
         listing.add(record);
-        Ok(())
+        Ok::<_, ChannelError>(Depth::Everything)
     });
-    let problem = match end {
-        Ok(()) => None,
-        Err(error) if is_mcap(bytes) => Some(error),
-        Err(error) => return Err(error),
-    };
-    Ok(FileInfo {
-        file: file_name.to_owned(),
-        bytes: bytes.len() as u64,
-        problem,
+    listing.end_chunk();
+    // Channels without messages may be in the summary alone.
+    for channel in listed.channels {
+        if !listing.channels.contains_key(&channel.id) {
+            listing.listed_channel(channel);
+        }
+    }
+    let mut info = FileInfo {
+        file: source.file().to_owned(),
+        bytes: source.bytes(),
+        problem: end.err(),
         ..listing.into_info()
-    })
+    };
+    if let Some(counted) = listed.statistics.filter(|_| info.problem.is_none()) {
+        let messages = info.messages + info.messages_without_channel;
+        if counted.message_count != messages {
+            let stated = counted.message_count;
+            (info.warnings).push(format!(
+                "the summary counts {stated} messages, not {messages}"
+            ));
+        }
+        let stated = (counted.message_start_time, counted.message_end_time);
+        if let (Some(first), Some(last)) = (info.first_unix_nanos(), info.last_unix_nanos())
+            && (first, last) != stated
+        {
+            info.warnings.push(format!(
+                "the summary states log times from {} to {} ns, those of the messages are from {first} to \
+                 {last} ns",
+                stated.0, stated.1
+            ));
+        }
+    }
+    Ok(info)
 }
 
 /// A file as far as it has been read; its channels, messages, frames and fingertips come at the end.
@@ -205,7 +242,14 @@ struct Listing {
     frames: BTreeMap<(String, String, String), u64>,
     /// Packed bytes of the chunk that is being read, where it is packed, and its messages by channel.
     chunk: (Option<u64>, BTreeMap<u16, Vec<u8>>),
+    /// Log times that the chunk that is being read states, and those of its messages.
+    spans: Option<(Span, Option<Span>)>,
+    /// Chunks whose messages have other log times than they state.
+    wrong_chunks: u64,
 }
+
+/// The first and the last log time.
+type Span = (u64, u64);
 
 struct Listed {
     info: ChannelInfo,
@@ -266,7 +310,8 @@ impl Listing {
                 self.message(header.channel_id, header.log_time, &data);
             }
             Record::Chunk { header, data } => {
-                self.share_chunk();
+                self.end_chunk();
+                self.spans = Some(((header.message_start_time, header.message_end_time), None));
                 let is_packed = !header.compression.is_empty();
                 self.chunk.0 = is_packed.then_some(data.len() as u64);
                 let chunks = &mut self.info.chunks;
@@ -283,19 +328,30 @@ impl Listing {
                     .entry(compression.to_owned())
                     .or_default() += 1;
             }
-            Record::Metadata(facts) => {
-                (self.info.metadata.0).insert(facts.name, facts.metadata);
+            Record::Metadata(record) => {
+                let record = MetadataRecord::from(record);
+                (self.info.metadata.0).insert(record.name.clone(), record.facts.clone());
+                self.info.metadata_records.push(record);
             }
-            Record::Attachment { header, data, .. } => {
+            Record::AttachmentIndex(attachment) => {
+                self.end_chunk();
                 self.info.attachments.push(AttachmentInfo {
-                    name: header.name,
-                    media_type: header.media_type,
-                    bytes: data.len() as u64,
+                    name: attachment.name,
+                    media_type: attachment.media_type,
+                    bytes: attachment.data_size,
                 });
             }
             Record::Footer(footer) => self.info.has_summary = footer.summary_start != 0,
             _ => {}
         }
+    }
+
+    /// Compares the log times of the chunk that was read, and divides its bytes.
+    fn end_chunk(&mut self) {
+        if let Some((stated, Some(found))) = self.spans.take() {
+            self.wrong_chunks += u64::from(stated != found);
+        }
+        self.share_chunk();
     }
 
     /// Divides the bytes of a packed chunk among the channels of its messages.
@@ -310,6 +366,26 @@ impl Listing {
             };
             channel.info.packed_bytes += packed * size / all.max(1);
         }
+    }
+
+    /// A channel that the summary lists.
+    fn listed_channel(&mut self, channel: inhand_container::ChannelFacts) {
+        let id = channel.id;
+        let schema_id = match channel.schema {
+            None => 0,
+            Some(schema) => {
+                let id = u16::MAX;
+                self.schemas.insert(id, (schema.name, schema.encoding));
+                id
+            }
+        };
+        self.channel(mcap::records::Channel {
+            id,
+            schema_id,
+            topic: channel.topic,
+            message_encoding: channel.message_encoding,
+            metadata: channel.metadata,
+        });
     }
 
     fn channel(&mut self, channel: mcap::records::Channel) {
@@ -338,6 +414,10 @@ impl Listing {
     }
 
     fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {
+        if let Some((_, found)) = &mut self.spans {
+            let (first, last) = found.unwrap_or((log_time, log_time));
+            *found = Some((first.min(log_time), last.max(log_time)));
+        }
         let Some(Listed { info, content }) = self.channels.get_mut(&channel) else {
             self.info.messages_without_channel += 1;
             return;
@@ -385,6 +465,12 @@ impl Listing {
     fn into_info(mut self) -> FileInfo {
         self.share_chunk();
         let mut file = self.info;
+        if self.wrong_chunks > 0 {
+            file.warnings.push(format!(
+                "{} of {} chunks state other log times than their messages have",
+                self.wrong_chunks, file.chunks.count
+            ));
+        }
         for Listed { info, content } in self.channels.into_values() {
             if let Content::Fingertips(fingers) = content {
                 let rate_hz = info.rate_hz();

@@ -86,6 +86,7 @@ pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;
 pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
+    info_of_source,
 };
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;

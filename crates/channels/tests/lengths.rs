@@ -34,7 +34,10 @@ fn is_damaged_at_8(bytes: &[u8]) {
     assert!(
         matches!(
             problem,
-            ChannelError::Container(ContainerError::Damaged { offset: 8, .. })
+            ChannelError::Container(
+                ContainerError::Damaged { offset: 8, .. }
+                    | ContainerError::Memory { offset: 8, .. }
+            )
         ),
         "{problem}"
     );

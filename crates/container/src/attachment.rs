@@ -26,6 +26,20 @@ pub(crate) fn read_index(
         .ok_or_else(|| source.place(head.offset).short(op::ATTACHMENT))
 }
 
+/// The index entry of the attachment whose head was read last, after its checksum is compared.
+pub(crate) fn check_whole(
+    source: &mut Source<'_>,
+    head: Head,
+) -> Result<AttachmentIndex, ContainerError> {
+    let index = read_index(source, head)?;
+    check_attachment(source, head, summed_bytes(&index), &mut io::sink())?;
+    Ok(AttachmentIndex {
+        offset: head.offset,
+        length: head.end() - head.offset,
+        ..index
+    })
+}
+
 /// Copies the attachment whose head was read last.
 pub(crate) fn pass_attachment(
     source: &mut Source<'_>,
@@ -35,17 +49,18 @@ pub(crate) fn pass_attachment(
     let index = read_index(source, head)?;
     let summed = summed_bytes(&index);
     writer.attachment(index, head.bytes, |out| {
-        check_attachment(source, head, summed, out)
+        check_attachment(source, head, summed, out).map(drop)
     })
 }
 
-/// Passes the body of an attachment on and compares its checksum, which covers `summed_bytes`.
+/// Passes the body of an attachment on and compares its checksum, which covers `summed_bytes`; whether it
+/// has one.
 pub(crate) fn check_attachment(
     source: &mut Source<'_>,
     head: Head,
     summed_bytes: u64,
     out: &mut dyn Write,
-) -> Result<(), ContainerError> {
+) -> Result<bool, ContainerError> {
     let mut summed = Summed {
         out,
         sum: Hasher::new(),
@@ -60,7 +75,7 @@ pub(crate) fn check_attachment(
             let stated = u32::from_le_bytes(stated);
             Err(place.bad_sum(name_of(op::ATTACHMENT), stated, calculated))
         }
-        _ => Ok(()),
+        stated => Ok(stated.is_some_and(|stated| *stated != [0; 4])),
     }
 }
 

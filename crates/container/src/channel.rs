@@ -66,7 +66,7 @@ pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     transient.then_some(Latch::Last)
 }
 
-/// Schemas and channels of a file as far as they are known, the first of each id.
+/// Schemas and channels of a file as far as they are known, the last of each id.
 #[derive(Default)]
 pub(crate) struct Definitions {
     schemas: BTreeMap<u16, SchemaFacts>,
@@ -78,22 +78,24 @@ impl Definitions {
     pub(crate) fn add(&mut self, record: &Record<'_>) -> Option<u16> {
         match record {
             Record::Schema { header, data } => {
-                (self.schemas.entry(header.id)).or_insert_with(|| SchemaFacts {
+                let schema = SchemaFacts {
                     name: header.name.clone(),
                     encoding: header.encoding.clone(),
                     data: data.to_vec(),
-                });
+                };
+                self.schemas.insert(header.id, schema);
                 None
             }
             Record::Channel(channel) => {
                 let schema = self.schemas.get(&channel.schema_id);
-                (self.channels.entry(channel.id)).or_insert_with(|| ChannelFacts {
+                let facts = ChannelFacts {
                     id: channel.id,
                     topic: channel.topic.clone(),
                     schema: schema.cloned(),
                     message_encoding: channel.message_encoding.clone(),
                     metadata: channel.metadata.clone(),
-                });
+                };
+                self.channels.insert(channel.id, facts);
                 Some(channel.id)
             }
             _ => None,

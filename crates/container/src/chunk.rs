@@ -8,16 +8,7 @@ use zstd::bulk::Compressor;
 
 use crate::error::{ContainerError, Place};
 use crate::format::{PREFIX_BYTES, Records, name_of};
-
-/// Chunks are meant to be a few MiB; any may unpack to this much.
-const ANY_CHUNK_BYTES: u64 = 64 << 20;
-
-/// A chunk beyond [`ANY_CHUNK_BYTES`] may unpack to this many times its packed size, far more than
-/// samples do; without a limit a few hostile bytes could fill the memory.
-const MAX_COMPRESSION_RATIO: u64 = 1024;
-
-/// No chunk may unpack to more than this.
-const MOST_CHUNK_BYTES: u64 = (1 << 31) - 1;
+use crate::limit::memory_limit;
 
 /// Room that is made for what a chunk unpacks to before any of it is there.
 const FIRST_BYTES: u64 = 4 << 20;
@@ -83,9 +74,32 @@ pub(crate) fn header_bytes(header: &ChunkHeader) -> usize {
     CHUNK_HEADER_BYTES + header.compression.len()
 }
 
-/// How many bytes a chunk of this packed size may unpack to.
-fn limit(packed: &[u8]) -> u64 {
-    (packed.len() as u64 * MAX_COMPRESSION_RATIO).clamp(ANY_CHUNK_BYTES, MOST_CHUNK_BYTES)
+/// How many of these packed bytes any reader unpacks to the records: a single frame. Ours reads past a
+/// missing end mark and surplus bytes, others refuse them. `None` where there is no whole frame.
+pub(crate) fn frame_bytes(compression: &str, packed: &[u8], records: &[u8]) -> Option<usize> {
+    let bytes = match Packing::from_name(compression)? {
+        Packing::None => Some(records.len()),
+        Packing::Lz4 => lz4_frame_bytes(packed),
+        Packing::Zstd => zstd::zstd_safe::find_frame_compressed_size(packed).ok(),
+    };
+    bytes.filter(|&bytes| bytes <= packed.len())
+}
+
+/// Length of the lz4 frame that these bytes start with, up to and with its end mark.
+fn lz4_frame_bytes(packed: &[u8]) -> Option<usize> {
+    let flags = *packed.get(4)?;
+    let of_flag = |flag: u8, bytes: usize| if flags & flag == 0 { 0 } else { bytes };
+    // Magic, flags, block size; content size, number of a dictionary; checksum of the header.
+    let mut end = 4 + 2 + of_flag(0x08, 8) + of_flag(0x01, 4) + 1;
+    loop {
+        let block = u32::from_le_bytes(*packed.get(end..)?.first_chunk()?);
+        end += 4;
+        if block == 0 {
+            return Some(end + of_flag(0x04, 4));
+        }
+        // The highest bit marks a block that is not packed.
+        end += (block & 0x7FFF_FFFF) as usize + of_flag(0x10, 4);
+    }
 }
 
 /// Unpacks a chunk, given the body of its record. `records` are whole records: all of them, after an
@@ -105,11 +119,7 @@ pub(crate) fn unpack(
         Some(Packing::None) => data.len() as u64,
         _ => header.uncompressed_size,
     };
-    let limit = limit(&data);
-    if size > limit {
-        let expected = format!("at most {limit} bytes");
-        return Err(fault(expected, format!("a length of {size}")));
-    }
+    place.check_memory(op::CHUNK, size)?;
     let unpacked = decompress(&header.compression, &data, size + 1, records);
     let found = records.len() as u64;
     let calculated = match header.uncompressed_crc {
@@ -146,15 +156,31 @@ pub(crate) fn unpack(
     }
 }
 
-/// Unpacks as many whole records as there are, whatever the chunk says of its size and checksum; whether they are all
-/// that is packed, without an error.
-pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Vec<u8>) -> bool {
+/// What a chunk unpacks to, whatever it says of its size and checksum.
+pub(crate) struct Unpacked {
+    /// Whether unpacking ended without an error.
+    pub(crate) is_ok: bool,
+    /// Bytes, with those behind the last whole record.
+    pub(crate) bytes: u64,
+    /// Checksum of all of them, and of the whole records alone.
+    pub(crate) sums: [u32; 2],
+}
+
+/// Unpacks as many whole records as there are; after an error those before it.
+pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Vec<u8>) -> Unpacked {
     records.clear();
-    // What was unpacked before an error is there.
-    let unpacked = decompress(&header.compression, packed, limit(packed), records);
-    let (all, whole) = (records.len(), whole_bytes(records));
-    records.truncate(whole);
-    unpacked.is_ok() && whole == all
+    let unpacked = decompress(&header.compression, packed, memory_limit(), records);
+    let (bytes, sum) = (records.len() as u64, crc32fast::hash(records));
+    records.truncate(whole_bytes(records));
+    let whole_sum = match records.len() as u64 == bytes {
+        true => sum,
+        false => crc32fast::hash(records),
+    };
+    Unpacked {
+        is_ok: unpacked.is_ok(),
+        bytes,
+        sums: [sum, whole_sum],
+    }
 }
 
 /// Whether the bytes begin as those that zstd packed.
@@ -167,16 +193,23 @@ pub fn zstd_size(bytes: &[u8]) -> u64 {
     zstd::bulk::compress(bytes, ZSTD_LEVEL).map_or(bytes.len(), |packed| packed.len()) as u64
 }
 
-/// Unpacks a file or a message that zstd packed, within the bounds of chunks.
+/// Unpacks a file or a message that zstd packed, within the [`memory_limit`].
 ///
 /// # Errors
 ///
 /// Bytes that zstd did not pack, that end early or unpack to more.
 pub fn unpack_zstd(packed: &[u8]) -> io::Result<Vec<u8>> {
-    let (most, mut bytes) = (limit(packed), Vec::new());
-    decompress(Packing::Zstd.name(), packed, most + 1, &mut bytes)?;
+    let (most, mut bytes) = (memory_limit(), Vec::new());
+    decompress(
+        Packing::Zstd.name(),
+        packed,
+        most.saturating_add(1),
+        &mut bytes,
+    )?;
     if bytes.len() as u64 > most {
-        return Err(io::Error::other(format!("more than {most} bytes unpacked")));
+        return Err(io::Error::other(format!(
+            "it unpacks to more than the memory limit of {most} bytes (--memory-limit)"
+        )));
     }
     Ok(bytes)
 }

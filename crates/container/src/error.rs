@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::fields::parse_record;
 use crate::format::{FOOTER_BYTES, PREFIX_BYTES, name_of};
+use crate::limit::memory_limit;
 
 /// Why a file cannot be read or written.
 #[derive(Debug, Error)]
@@ -52,6 +53,22 @@ pub enum ContainerError {
         expected: String,
         /// What is there.
         found: String,
+    },
+    /// A record that would take more memory than it may.
+    #[error(
+        "{file}: the {record} at byte {offset} takes {bytes} bytes of memory, the limit is {limit}; raise it with --memory-limit if the file is to be trusted"
+    )]
+    Memory {
+        /// File that was read.
+        file: String,
+        /// Where the record starts.
+        offset: u64,
+        /// What kind of record it is.
+        record: String,
+        /// Bytes that it takes, unpacked.
+        bytes: u64,
+        /// Bytes that it may take.
+        limit: u64,
     },
     /// Files whose channels cannot lie in one file as they are.
     #[error("{file}: {what}: expected {expected}, found {found}")]
@@ -156,6 +173,21 @@ impl Place<'_> {
             record: record.to_owned(),
             expected,
             found,
+        }
+    }
+
+    /// Refuses a record beyond the memory limit.
+    pub(crate) fn check_memory(self, opcode: u8, bytes: u64) -> Result<(), ContainerError> {
+        let limit = memory_limit();
+        match bytes <= limit {
+            true => Ok(()),
+            false => Err(ContainerError::Memory {
+                file: self.file.to_owned(),
+                offset: self.offset,
+                record: name_of(opcode).to_owned(),
+                bytes,
+                limit,
+            }),
         }
     }
 

@@ -5,7 +5,8 @@ use std::ops::Range;
 use mcap::records::op;
 
 use crate::error::{ContainerError, Place};
-use crate::format::{MessageFacts, PREFIX_BYTES, is_made_anew};
+use crate::format::{MessageFacts, PREFIX_BYTES, id_of, is_made_anew};
+use crate::overview::Overview;
 use crate::source::{Head, Source};
 
 /// A file and the record at hand.
@@ -24,6 +25,9 @@ pub(crate) struct Feed<'a> {
     /// Where in the file the record or its chunk starts.
     offset: u64,
     message: Option<u64>,
+    /// The summary; schemas and channels that it alone lists are given at the end.
+    listed: Overview,
+    is_at_end: bool,
 }
 
 /// What comes before the next message.
@@ -36,8 +40,9 @@ pub(crate) enum Outside {
 
 impl<'a> Feed<'a> {
     pub(crate) fn start(mut source: Source<'a>) -> Result<Self, ContainerError> {
-        source.rewind()?;
+        let listed = Overview::read(&mut source)?;
         Ok(Self {
+            listed,
             header: source.header()?,
             source,
             outside: Vec::new(),
@@ -46,6 +51,7 @@ impl<'a> Feed<'a> {
             next: 0,
             offset: 0,
             message: None,
+            is_at_end: false,
         })
     }
 
@@ -76,15 +82,27 @@ impl<'a> Feed<'a> {
         self.source.place(self.offset)
     }
 
-    /// Goes on to the next record; `None` where that is a message, or there is none.
+    /// The body that the summary gives a schema or channel; taken, it is given no more.
+    pub(crate) fn take_listed(&mut self, opcode: u8, id: u16) -> Option<Vec<u8>> {
+        match opcode {
+            op::SCHEMA => self.listed.schemas.remove(&id),
+            _ => self.listed.channels.remove(&id),
+        }
+    }
+
+    /// Goes on to the next record, at the end to those that the summary alone lists; `None` where that is a message, or there is none.
     pub(crate) fn next(&mut self) -> Result<Option<Outside>, ContainerError> {
         self.message = None;
         loop {
             if let Some(opcode) = self.next_in_chunk() {
                 return self.at(opcode);
             }
+            if self.is_at_end {
+                return Ok(self.next_listed());
+            }
             let Some(head) = self.source.next_head()? else {
-                return Ok(None);
+                self.is_at_end = true;
+                continue;
             };
             self.offset = head.offset;
             match head.opcode {
@@ -95,7 +113,7 @@ impl<'a> Feed<'a> {
                 op::ATTACHMENT => return Ok(Some(Outside::Attachment(head))),
                 op::DATA_END | op::FOOTER => {
                     self.source.read_to_end(head)?;
-                    return Ok(None);
+                    self.is_at_end = true;
                 }
                 opcode => {
                     self.source.body(head, &mut self.outside)?;
@@ -109,6 +127,9 @@ impl<'a> Feed<'a> {
     }
 
     fn at(&mut self, opcode: u8) -> Result<Option<Outside>, ContainerError> {
+        if let (op::SCHEMA | op::CHANNEL, Some(id)) = (opcode, id_of(self.body())) {
+            self.take_listed(opcode, id);
+        }
         if opcode != op::MESSAGE {
             return Ok(Some(Outside::Record(opcode)));
         }
@@ -116,6 +137,17 @@ impl<'a> Feed<'a> {
         let message = message.ok_or_else(|| self.place().short(op::MESSAGE))?;
         self.message = Some(message.log_time);
         Ok(None)
+    }
+
+    /// The next schema or channel that only the summary lists.
+    fn next_listed(&mut self) -> Option<Outside> {
+        let (opcode, (_, body)) = match self.listed.schemas.pop_first() {
+            Some(schema) => (op::SCHEMA, schema),
+            None => (op::CHANNEL, self.listed.channels.pop_first()?),
+        };
+        self.outside = body;
+        self.inside = None;
+        Some(Outside::Record(opcode))
     }
 
     /// Opcode of the next record of the chunk at hand, which is then the record at hand.

@@ -97,6 +97,26 @@ pub(crate) fn summed_bytes(index: &AttachmentIndex) -> u64 {
         .saturating_add(ATTACHMENT_HEADER_BYTES + texts)
 }
 
+/// Bytes of a record's body by the lengths in it, given the start of the body; `None` for kinds whose
+/// content does not say it, and where the start is too short.
+pub(crate) fn stated_bytes(opcode: u8, start: &[u8]) -> Option<u64> {
+    use Field::{Fixed, Text};
+    // The last field is a length with what it counts.
+    let fields: &[Field] = match opcode {
+        op::HEADER => &[Text],
+        op::SCHEMA => &[Fixed(2), Text, Text],
+        op::CHANNEL => &[Fixed(4), Text, Text],
+        op::METADATA => &[Text],
+        op::MESSAGE_INDEX => &[Fixed(2)],
+        op::DATA_END => return Some(4),
+        op::FOOTER => return Some(20),
+        _ => return None,
+    };
+    let rest = (fields.iter()).try_fold(start, |rest, &field| after(field, rest))?;
+    let last = u32::from_le_bytes(*rest.first_chunk()?);
+    Some((start.len() - rest.len()) as u64 + 4 + u64::from(last))
+}
+
 /// Whether none of a record's lengths goes beyond the body.
 fn has_fields(opcode: u8, body: &[u8]) -> bool {
     (fields(opcode).iter())

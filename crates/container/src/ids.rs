@@ -10,7 +10,7 @@ use crate::format::set_id;
 /// The ids that schemas and channels of files get in a common file.
 ///
 /// Equal ones of different files become one; those of one file stay apart. Ids are kept where they are
-/// free.
+/// free. An id that a file uses again with other content is another one from there on.
 pub(crate) struct Ids {
     /// Whether channels of one topic with different schemas or encodings may lie side by side.
     keep_both: bool,
@@ -26,10 +26,19 @@ pub(crate) struct Ids {
 
 /// The ids that are taken, and what for.
 struct Taken<K> {
-    /// The ids of equal ones, and how many of them each file has.
-    ids: BTreeMap<K, (Vec<u16>, BTreeMap<usize, usize>)>,
+    ids: BTreeMap<K, Equal>,
     taken: BTreeSet<u16>,
     first: u16,
+    /// New ids by file and old id, as last defined.
+    of_file: BTreeMap<(usize, u16), u16>,
+}
+
+/// Schemas or channels of equal content.
+#[derive(Default)]
+struct Equal {
+    ids: Vec<u16>,
+    /// How many of them each file has.
+    of_each: BTreeMap<usize, usize>,
     /// New ids by file and old id.
     of_file: BTreeMap<(usize, u16), u16>,
 }
@@ -46,25 +55,27 @@ impl<K: Ord> Taken<K> {
 
     /// The new id of a file's schema or channel; `None` where there is none left.
     fn id(&mut self, file: usize, old: u16, content: K) -> Option<u16> {
-        let (equal, of_each) = self.ids.entry(content).or_default();
-        if let Some(before) = self.of_file.get(&(file, old))
-            && equal.contains(before)
-        {
-            return Some(*before);
-        }
-        let of_this = of_each.entry(file).or_default();
-        let id = match equal.get(*of_this) {
+        let equal = self.ids.entry(content).or_default();
+        let id = match equal.of_file.get(&(file, old)) {
             Some(id) => *id,
             None => {
-                let is_free = |id: &u16| *id >= self.first && !self.taken.contains(id);
-                let id = Some(old).filter(is_free);
-                let id = id.or_else(|| (self.first..=u16::MAX).find(is_free))?;
-                self.taken.insert(id);
-                equal.push(id);
+                let of_this = equal.of_each.entry(file).or_default();
+                let id = match equal.ids.get(*of_this) {
+                    Some(id) => *id,
+                    None => {
+                        let is_free = |id: &u16| *id >= self.first && !self.taken.contains(id);
+                        let id = Some(old).filter(is_free);
+                        let id = id.or_else(|| (self.first..=u16::MAX).find(is_free))?;
+                        self.taken.insert(id);
+                        equal.ids.push(id);
+                        id
+                    }
+                };
+                *of_this += 1;
+                equal.of_file.insert((file, old), id);
                 id
             }
         };
-        *of_this += 1;
         self.of_file.insert((file, old), id);
         Some(id)
     }
@@ -86,11 +97,16 @@ impl Ids {
         self.channels.of_file.get(&(file, old)).copied()
     }
 
+    /// The new id of a file's schema.
+    pub(crate) fn schema(&self, file: usize, old: u16) -> Option<u16> {
+        self.schemas.of_file.get(&(file, old)).copied()
+    }
+
     /// The topic of the channel with this new id.
     pub(crate) fn topic(&self, new: u16) -> Option<&str> {
         let mut known = self.channels.ids.iter();
         known
-            .find(|(_, (ids, _))| ids.contains(&new))
+            .find(|(_, equal)| equal.ids.contains(&new))
             .map(|((topic, ..), _)| topic.as_str())
     }
 

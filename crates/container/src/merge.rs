@@ -1,6 +1,7 @@
 //! Several files as one, by time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::io::Write;
 
 use mcap::records::{Record, op};
@@ -91,19 +92,18 @@ pub fn merge(
         metadata: BTreeMap::new(),
         result: Merged::default(),
     };
+    let mut due = BinaryHeap::new();
     for (n, feed) in feeds.iter_mut().enumerate() {
         merger.advance(n, feed)?;
+        due.extend(feed.message_time().map(|time| Reverse((time, n))));
     }
     let mut last = None;
-    loop {
-        let next = (feeds.iter().enumerate())
-            .filter_map(|(n, feed)| Some((feed.message_time()?, n)))
-            .min();
-        let Some((time, n)) = next else { break };
+    while let Some(Reverse((time, n))) = due.pop() {
         let pause = time.saturating_sub(last.replace(time).unwrap_or(time));
         merger.result.longest_pause = merger.result.longest_pause.max(pause);
         merger.message(n, &mut feeds[n])?;
         merger.advance(n, &mut feeds[n])?;
+        due.extend(feeds[n].message_time().map(|time| Reverse((time, n))));
     }
     let shared = merger.used.iter().filter(|(_, files)| files.len() > 1);
     let topics = shared.filter_map(|(&channel, _)| merger.ids.topic(channel));
@@ -167,9 +167,34 @@ impl Merger<'_> {
 
     /// Writes the message at hand of a file.
     fn message(&mut self, n: usize, feed: &mut Feed<'_>) -> Result<(), ContainerError> {
+        let old = id_of(feed.body()).unwrap_or_default();
+        if self.ids.channel(n, old).is_none()
+            && let Some(channel) = feed.take_listed(op::CHANNEL, old)
+        {
+            self.define_listed(n, feed, &channel)?;
+        }
         let channel = set_channel(&self.ids, n, feed)?;
         self.used.entry(channel).or_default().insert(n);
         self.writer.inside(op::MESSAGE, feed.body())
+    }
+}
+
+impl Merger<'_> {
+    /// Writes a channel that the summary of a file lists, after its schema.
+    fn define_listed(
+        &mut self,
+        n: usize,
+        feed: &mut Feed<'_>,
+        channel: &[u8],
+    ) -> Result<(), ContainerError> {
+        let schema = channel.get(2..).and_then(id_of);
+        let schema = schema.and_then(|id| feed.take_listed(op::SCHEMA, id));
+        let listed = schema.iter().map(|body| (op::SCHEMA, &body[..]));
+        for (opcode, body) in listed.chain([(op::CHANNEL, channel)]) {
+            let body = self.ids.define(n, feed.place(), opcode, body)?;
+            self.writer.inside_once(opcode, &body)?;
+        }
+        Ok(())
     }
 }
 

@@ -6,11 +6,9 @@ use mcap::records::{ChunkIndex, Metadata, Record, Statistics, op};
 
 use crate::channel::{ChannelFacts, Definitions};
 use crate::error::ContainerError;
-use crate::fields::{chunk_header, parse_record};
-use crate::format::{
-    FOOTER_BYTES, FOOTER_COVERED_BYTES, MessageFacts, PREFIX_BYTES, Records, spanned, to_bytes,
-};
-use crate::source::Source;
+use crate::fields::parse_record;
+use crate::format::{FOOTER_BYTES, FOOTER_COVERED_BYTES, PREFIX_BYTES, Records, spanned, to_bytes};
+use crate::source::{Head, Source};
 use crate::walk::{Depth, walk_source};
 
 /// What a chunk's header may take, with the name of its compression.
@@ -69,6 +67,45 @@ impl Overview {
                 && counted.chunk_count as usize == overview.chunks.len()
         });
         Some(overview)
+    }
+
+    /// Whether the times of a chunk are the same in its header, in the summary and in its message indexes.
+    pub(crate) fn agrees(
+        &self,
+        source: &mut Source<'_>,
+        head: Head,
+        span: (u64, u64),
+    ) -> Result<bool, ContainerError> {
+        let Some(listed) = self.chunks.get(&head.offset) else {
+            return Ok(false);
+        };
+        if (listed.message_start_time, listed.message_end_time) != span {
+            return Ok(false);
+        }
+        let (mut indexes, mut indexed) = (Vec::new(), None);
+        source.read_at(head.end(), listed.message_index_length, &mut indexes)?;
+        for (opcode, body) in Records(&indexes).flatten() {
+            if let Ok(Record::MessageIndex(index)) = parse_record(opcode, body) {
+                for entry in index.records {
+                    indexed = Some(spanned(indexed, entry.log_time));
+                }
+            }
+        }
+        Ok(indexed == Some(span))
+    }
+
+    /// Log times of the messages, where those of the statistics and of the chunks are the same.
+    fn span(&self) -> Option<Option<(u64, u64)>> {
+        let counted = self.statistics.as_ref().filter(|_| self.complete)?;
+        let chunks = self.chunks.values();
+        let chunks = chunks.filter(|chunk| chunk.message_end_time != 0);
+        let of_chunks = chunks.fold(None, |span, chunk| {
+            let span = spanned(span, chunk.message_start_time);
+            Some(spanned(Some(span), chunk.message_end_time))
+        });
+        let stated = (counted.message_start_time, counted.message_end_time);
+        let stated = (counted.message_count > 0).then_some(stated);
+        (stated == of_chunks).then_some(stated)
     }
 
     /// Opcodes and bodies of the schemas, then of the channels.
@@ -198,42 +235,52 @@ pub fn profile(source: &mut Source<'_>) -> Result<String, ContainerError> {
 }
 
 /// Log times of the earliest and the latest message of a file, nanoseconds since 1970-01-01 UTC, as
-/// its summary states them, else as its chunks do; `None` without messages.
+/// its summary states them; where that is damaged or contradicts itself, as its messages do, for which the
+/// file is read to its end. `None` without messages.
 ///
 /// # Errors
 ///
-/// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a summary whose
-/// records do not follow each other, [`ContainerError::Read`].
+/// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a sound summary
+/// whose records do not follow each other, [`ContainerError::Read`].
 pub fn span(source: &mut Source<'_>) -> Result<Option<(u64, u64)>, ContainerError> {
-    if let Some(counted) = Overview::read(source)?.statistics {
-        let span = (counted.message_start_time, counted.message_end_time);
-        return Ok((counted.message_count > 0).then_some(span));
+    if let Some(span) = Overview::read(source)?.span() {
+        return Ok(span);
     }
-    let (mut span, mut start) = (None, Vec::new());
-    while let Some(head) = source.next_head()? {
-        match head.opcode {
-            op::MESSAGE => {
-                source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
-                if let Some(facts) = MessageFacts::read(&start) {
-                    span = Some(spanned(span, facts.log_time));
-                }
-            }
-            op::CHUNK => {
-                source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
-                // Chunks without messages have no times.
-                if let Some(chunk) =
-                    chunk_header(&start).filter(|chunk| chunk.message_end_time != 0)
-                {
-                    span = Some(spanned(span, chunk.message_start_time));
-                    span = Some(spanned(span, chunk.message_end_time));
-                }
-            }
-            op::DATA_END | op::FOOTER => break,
-            _ => {}
+    let mut span = None;
+    walk_source(source, |record| {
+        if let Record::Message { header, .. } = record {
+            span = Some(spanned(span, header.log_time));
         }
-    }
+        Ok::<_, ContainerError>(Depth::Everything)
+    })?;
     source.rewind()?;
     Ok(span)
+}
+
+/// What the summary of a file lists and counts; nothing where there is none or one that is damaged.
+#[derive(Clone, Debug, Default)]
+pub struct Listed {
+    /// Channels by id.
+    pub channels: Vec<ChannelFacts>,
+    /// Counts and log times of messages.
+    pub statistics: Option<Statistics>,
+}
+
+/// Reads the summary of a file, nothing else of it.
+///
+/// # Errors
+///
+/// [`ContainerError::Read`], [`ContainerError::Damaged`].
+pub fn listed(source: &mut Source<'_>) -> Result<Listed, ContainerError> {
+    let overview = Overview::read(source)?;
+    let mut definitions = Definitions::default();
+    for (opcode, body) in overview.definitions() {
+        definitions.add(&source.place(0).parse(opcode, body)?);
+    }
+    Ok(Listed {
+        channels: definitions.channels.into_values().collect(),
+        statistics: overview.statistics,
+    })
 }
 
 /// The channels of a file by id: as its summary lists them, else as its records define them, for which
@@ -253,17 +300,19 @@ pub fn channels(source: &mut Source<'_>) -> Result<Vec<ChannelFacts>, ContainerE
     Ok(definitions.channels.into_values().collect())
 }
 
-/// Visits the schemas and channels of a file: as its summary lists them, else as its records define
-/// them, for which the file is read to its end. Then the source is at its first record.
+/// Visits the schemas and channels of a file: those that its summary lists, and unless that is complete
+/// those that its records define, for which the file is read to its end. Then the source is at its first
+/// record.
 pub(crate) fn walk_definitions(
     source: &mut Source<'_>,
     overview: &Overview,
     mut visit: impl FnMut(Record<'_>) -> Result<(), ContainerError>,
 ) -> Result<(), ContainerError> {
+    for (opcode, body) in overview.definitions() {
+        visit(source.place(0).parse(opcode, body)?)?;
+    }
     if overview.complete {
-        let place = source.place(0);
-        let mut definitions = overview.definitions();
-        return definitions.try_for_each(|(opcode, body)| visit(place.parse(opcode, body)?));
+        return Ok(());
     }
     walk_source(source, |record| visit(record).map(|()| Depth::Everything))?;
     source.rewind()

@@ -2,14 +2,14 @@
 
 mod latched;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Write};
 
 use mcap::records::{Record, op};
 
 use crate::attachment::pass_attachment;
 use crate::channel::{ChannelFacts, Definitions, Latch, latch};
-use crate::chunk::{Packing, header_bytes};
+use crate::chunk::{Packing, frame_bytes, header_bytes};
 use crate::error::{ContainerError, Place};
 use crate::feed::{Feed, Outside};
 use crate::fields::chunk_header;
@@ -101,8 +101,8 @@ pub struct Selected {
 /// # Errors
 ///
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] with the byte at which the file is
-/// wrong; [`ContainerError::Collision`] for appended channels with other schemas than those of their
-/// topics; [`ContainerError::Read`], [`ContainerError::Write`]. What was written then is no file.
+/// wrong; [`ContainerError::Memory`] for a record beyond the memory limit; [`ContainerError::Collision`]
+/// where ids of appended channels run out; [`ContainerError::Read`], [`ContainerError::Write`]. What was written then is no file.
 pub fn select(
     source: &mut Source<'_>,
     out: &mut dyn Write,
@@ -122,6 +122,7 @@ pub fn select(
         appended,
         definitions: Definitions::default(),
         fates: BTreeMap::new(),
+        defined: BTreeSet::new(),
         latched: Latched::default(),
         result: Selected::default(),
         body: Vec::new(),
@@ -154,6 +155,8 @@ struct Copy<'a, 's> {
     appended: Option<Appended<'a>>,
     definitions: Definitions,
     fates: BTreeMap<u16, Fate>,
+    /// Channels that the data have defined so far.
+    defined: BTreeSet<u16>,
     latched: Latched,
     result: Selected,
     /// Body of the record at hand.
@@ -182,10 +185,12 @@ impl Copy<'_, '_> {
             return Ok(true);
         };
         let channel = &self.definitions.channels[&id];
-        let fate = self.fates.entry(id).or_insert_with(|| Fate {
+        // As it was defined last, where a file uses an id again.
+        let fate = Fate {
             kept: self.selection.keeps(channel),
             latch: (self.selection.latch)(channel),
-        });
+        };
+        self.fates.insert(id, fate);
         Ok(fate.kept)
     }
 
@@ -207,6 +212,7 @@ impl Copy<'_, '_> {
             opcode if self.stays(head.offset, opcode, &body)? => {
                 let mut moved = std::mem::take(&mut self.kept);
                 moved.clear();
+                self.defined_before(opcode, &body, &mut moved);
                 let time = self.moved_before(opcode, &body, &mut moved);
                 if time.is_some() {
                     self.append_before(time)?;
@@ -249,6 +255,8 @@ impl Copy<'_, '_> {
     /// Whether a record that may lie in a chunk stays where it is.
     fn stays(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<bool, ContainerError> {
         if matches!(opcode, op::SCHEMA | op::CHANNEL) {
+            self.defined
+                .extend(id_of(body).filter(|_| opcode == op::CHANNEL));
             return self.define(offset, opcode, body);
         }
         if opcode != op::MESSAGE {
@@ -272,6 +280,22 @@ impl Copy<'_, '_> {
         Ok(false)
     }
 
+    /// Adds the channel of a message, after its schema, where the summary alone defines it.
+    fn defined_before(&mut self, opcode: u8, body: &[u8], records: &mut Vec<u8>) {
+        let id = id_of(body).filter(|_| opcode == op::MESSAGE);
+        let Some(id) = id.filter(|id| !self.defined.contains(id)) else {
+            return;
+        };
+        self.defined.insert(id);
+        if let Some(channel) = self.overview.channels.get(&id) {
+            let schema = channel.get(2..).and_then(id_of);
+            if let Some(schema) = schema.and_then(|id| self.overview.schemas.get(&id)) {
+                push_record(records, op::SCHEMA, schema);
+            }
+            push_record(records, op::CHANNEL, channel);
+        }
+    }
+
     /// Adds the messages that an interval starts with, if this is its first one; gives the log time of a
     /// message.
     fn moved_before(&mut self, opcode: u8, body: &[u8], records: &mut Vec<u8>) -> Option<u64> {
@@ -292,6 +316,7 @@ impl Copy<'_, '_> {
         kept.clear();
         for (opcode, data) in Records(&records).flatten() {
             if self.stays(head.offset, opcode, data)? {
+                self.defined_before(opcode, data, &mut kept);
                 self.moved_before(opcode, data, &mut kept);
                 push_record(&mut kept, opcode, data);
             }
@@ -303,7 +328,10 @@ impl Copy<'_, '_> {
             let start = header_bytes(&header);
             // As long as the chunk's parsing made sure of.
             let packed = &body[start..start + header.compressed_size as usize];
-            self.writer.packed_chunk(&records, packing.name(), packed)?;
+            match frame_bytes(packing.name(), packed, &records) == Some(packed.len()) {
+                true => (self.writer).packed_chunk(&records, packing.name(), packed)?,
+                false => self.writer.chunk(&records, packing)?,
+            }
         } else if !kept.is_empty() {
             self.writer.chunk(&kept, packing)?;
         }
@@ -334,7 +362,11 @@ impl Copy<'_, '_> {
             fate.is_none_or(|fate| fate.latch.is_some())
         });
         // Without a single channel it may be that its writer made no message indexes.
-        let skips = !used && !latched && !listed.message_index_offsets.is_empty();
+        let skips = !used
+            && !latched
+            && !listed.message_index_offsets.is_empty()
+            && self.overview.agrees(self.source, head, (first, last))?;
+        self.source.back_to(head)?;
         if skips && let Some(packing) = Packing::from_name(&header.compression) {
             self.writer
                 .set_packing(self.selection.packing.unwrap_or(packing));
@@ -345,6 +377,7 @@ impl Copy<'_, '_> {
     /// What a skipped chunk may have defined comes from the summary.
     fn skipped(&mut self) -> Result<(), ContainerError> {
         self.result.chunks_skipped += 1;
+        self.defined.extend(self.overview.channels.keys());
         for (opcode, body) in self.overview.definitions() {
             let fate = id_of(body).filter(|_| opcode == op::CHANNEL);
             let fate = fate.and_then(|id| self.fates.get(&id));
@@ -364,6 +397,20 @@ impl Copy<'_, '_> {
         }
     }
 
+    /// Writes the schemas and channels that the summary alone defines.
+    fn define_rest(&mut self) -> Result<(), ContainerError> {
+        for (opcode, body) in self.overview.definitions() {
+            let Some(id) = id_of(body).filter(|id| !self.writer.has(opcode, *id)) else {
+                continue;
+            };
+            let fate = self.fates.get(&id).filter(|_| opcode == op::CHANNEL);
+            if fate.is_none_or(|fate| fate.kept) {
+                self.writer.outside(opcode, body)?;
+            }
+        }
+        Ok(())
+    }
+
     fn finish(mut self) -> Result<Selected, ContainerError> {
         let mut rest = Vec::new();
         for (n, interval) in self.selection.keep.iter().enumerate() {
@@ -374,6 +421,7 @@ impl Copy<'_, '_> {
             let packing = self.selection.packing.unwrap_or(Packing::Zstd);
             self.writer.chunk(&rest, packing)?;
         }
+        self.define_rest()?;
         self.append_before(None)?;
         self.result.appended = self.appended.map_or(0, |appended| appended.messages);
         for record in &self.selection.add {
@@ -407,7 +455,8 @@ impl<'a> Appended<'a> {
         selection: &Selection<'_>,
         bytes: &'a [u8],
     ) -> Result<Self, ContainerError> {
-        let (mut ids, mut known) = (Ids::new(false), Definitions::default());
+        // The first file may have several channels on a topic.
+        let (mut ids, mut known) = (Ids::new(true), Definitions::default());
         let file = source.file().to_owned();
         let place = Place {
             file: &file,

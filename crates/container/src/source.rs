@@ -7,13 +7,10 @@ use mcap::records::{ChunkHeader, Record, op};
 
 use crate::chunk::unpack;
 use crate::error::{ContainerError, Place, Rest};
-use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, name_of, prefix};
+use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, prefix};
 
 /// Bytes that go through memory at once where a record is passed on without being kept.
 const PASSED_BYTES: u64 = 1 << 20;
-
-/// Bytes that a record may have to be read as a whole; attachments may have any number.
-pub(crate) const MOST_RECORD_BYTES: u64 = 2 << 30;
 
 /// Where a record is and what it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,12 +221,8 @@ impl<'a> Source<'a> {
     /// Reads the body of the record whose head was read last.
     pub(crate) fn body(&mut self, head: Head, body: &mut Vec<u8>) -> Result<(), ContainerError> {
         body.clear();
-        if head.bytes > MOST_RECORD_BYTES {
-            let expected = format!("at most {MOST_RECORD_BYTES} bytes");
-            let found = format!("a length of {}", head.bytes);
-            let place = self.place(head.offset);
-            return Err(place.error(name_of(head.opcode), expected, found));
-        }
+        self.place(head.offset)
+            .check_memory(head.opcode, head.bytes)?;
         // The file has that many bytes.
         body.reserve(usize::try_from(head.bytes).unwrap_or_default());
         self.read_on(head.bytes, body)?;

@@ -26,7 +26,7 @@ pub fn verify(source: &mut Source<'_>, written: &Written) -> Result<(), Containe
                 *of_channel.or_default() += 1;
             }
             Record::Chunk { .. } => found.chunks += 1,
-            Record::Attachment { .. } => found.attachments += 1,
+            Record::AttachmentIndex(_) => found.attachments += 1,
             Record::Metadata(_) => found.metadata += 1,
             _ => {}
         }

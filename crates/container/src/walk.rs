@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use mcap::records::{Record, op};
 
+use crate::attachment::check_whole;
 use crate::chunk::unpack;
 use crate::error::{ContainerError, Place};
 use crate::format::Records;
@@ -29,7 +30,8 @@ pub fn is_mcap(bytes: &[u8]) -> bool {
 }
 
 /// Calls `visit` for the header, schemas, channels, messages, chunks (before what they hold),
-/// metadata, attachments and the footer of the file, in the order in which they lie there.
+/// metadata, attachments and the footer of the file, in the order in which they lie there. Attachments,
+/// which may be larger than memory, come as [`Record::AttachmentIndex`] with their place.
 ///
 /// Checksums of chunks are compared before their messages are visited, those of the data and the
 /// summary at their ends. The summary itself is left out: it repeats and points into the file.
@@ -82,6 +84,10 @@ fn visit_all<E: From<ContainerError>>(
     let mut in_summary = false;
     let (mut body, mut records) = (Vec::new(), Vec::new());
     while let Some(head) = source.next_head()? {
+        if head.opcode == op::ATTACHMENT && !in_summary {
+            visit(Record::AttachmentIndex(check_whole(source, head)?))?;
+            continue;
+        }
         source.body(head, &mut body)?;
         let place = source.place(head.offset);
         match head.opcode {
@@ -96,7 +102,7 @@ fn visit_all<E: From<ContainerError>>(
                     walk_chunk(place, &body, &mut records, visit)?;
                 }
             }
-            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT => {
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => {
                 visit(place.parse(head.opcode, &body)?)?;
             }
             _ => {}

@@ -256,13 +256,17 @@ impl<'a> Writer<'a> {
         self.packing = packing;
     }
 
+    /// Whether a schema or channel of this id was written.
+    pub(crate) fn has(&self, opcode: u8, id: u16) -> bool {
+        match opcode {
+            op::SCHEMA => self.schemas.contains_key(&id),
+            _ => self.channels.contains_key(&id),
+        }
+    }
+
     /// Adds a schema or channel to the chunk that is being filled, unless one of its id was written.
     pub(crate) fn inside_once(&mut self, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
-        let known = match opcode {
-            op::SCHEMA => &self.schemas,
-            _ => &self.channels,
-        };
-        match id_of(body).is_some_and(|id| known.contains_key(&id)) {
+        match id_of(body).is_some_and(|id| self.has(opcode, id)) {
             true => Ok(()),
             false => self.inside(opcode, body),
         }
@@ -303,13 +307,17 @@ impl<'a> Writer<'a> {
 
     /// Adds a record to the chunk that is being filled; a full one is written first.
     pub(crate) fn inside(&mut self, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
-        if opcode == op::MESSAGE {
+        if body.len() > CHUNK_BYTES {
+            // Alone, so that the chunk takes no more memory than the record did.
+            self.close_chunk()?;
+        } else if opcode == op::MESSAGE {
             self.close_full_chunk()?;
-        } else {
+        }
+        if opcode != op::MESSAGE {
             self.count(opcode, body);
         }
         push_record(&mut self.open, opcode, body);
-        Ok(())
+        self.close_full_chunk()
     }
 
     fn close_full_chunk(&mut self) -> Result<(), ContainerError> {

@@ -40,6 +40,12 @@ struct Cli {
     #[arg(long, global = true, default_value_t = 0, value_name = "N",
           value_parser = clap::value_parser!(u16).range(0..=256))]
     threads: u16,
+    /// Memory that one record of a file may take, unpacked, MiB.
+    ///
+    /// Protects against files of a few bytes that unpack to gigabytes. Raise it for a file to be trusted.
+    #[arg(long, global = true, default_value_t = 512, value_name = "MIB",
+          value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    memory_limit: u64,
     /// Print only results and errors.
     #[arg(long, short, global = true)]
     quiet: bool,
@@ -62,6 +68,7 @@ fn main() -> std::process::ExitCode {
         }
         error.exit()
     });
+    inhand_container::set_memory_limit(cli.memory_limit << 20);
     let console = Console {
         quiet: cli.quiet,
         once: RefCell::default(),

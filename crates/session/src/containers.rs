@@ -9,8 +9,8 @@ use std::path::Path;
 
 use inhand_channels::{Metadata, cut_take};
 use inhand_container::{
-    ChannelFacts, Interval, Merge, Merged, MetadataRecord, Packing, Recovered, Selected, Selection,
-    Source,
+    ChannelFacts, Interval, Merge, Merged, MetadataRecord, Packing, Recovered, Reopened, Selected,
+    Selection, Source,
 };
 use inhand_model::{Annotations, Event, Provenance};
 use serde_json::json;
@@ -21,6 +21,9 @@ use crate::error::{Located, SessionError};
 pub use crate::files::{FileSource, filter, hash_file, open};
 use crate::files::{RECORDING, name_of, select, take_start};
 use crate::output::write_atomic;
+
+/// Input files that stay open while they are merged; of more, each is opened when it is read.
+const MOST_OPEN: usize = 200;
 
 /// An instant as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -213,6 +216,10 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
         if metadata(&mut source, input)?.is_take() {
             takes.push(input);
         }
+        if inputs.len() > MOST_OPEN {
+            let reader = BufReader::with_capacity(1 << 16, Reopened::new(input));
+            source = Source::open(&name_of(input), reader).in_file(input)?;
+        }
         sources.push(source);
     }
     if let [first, second, ..] = takes[..]
@@ -252,10 +259,15 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
 /// missing when it is read.
 fn recovered_take(recovered: &Recovered) -> Option<MetadataRecord> {
     let is_take = recovered.metadata.contains(RECORDING);
-    (is_take && recovered.is_lossy()).then(|| MetadataRecord {
+    let tells = (is_take && recovered.is_lossy()) || recovered.unverified > 0;
+    tells.then(|| MetadataRecord {
         name: "inhand.recovered".to_owned(),
         facts: [
             ("lost_bytes".to_owned(), recovered.lost_bytes.to_string()),
+            (
+                "unverified_messages".to_owned(),
+                recovered.unverified.to_string(),
+            ),
             (
                 "messages".to_owned(),
                 recovered.written.messages.to_string(),
@@ -272,13 +284,23 @@ fn recovered_take(recovered: &Recovered) -> Option<MetadataRecord> {
 ///
 /// [`SessionError::At`] for a file of another kind, or an output that does not read back;
 /// [`SessionError::Io`].
-pub fn recover(input: &Path, output: &Path) -> Result<Recovered, SessionError> {
+pub fn recover(
+    input: &Path,
+    output: &Path,
+    keep_unverified: bool,
+) -> Result<Recovered, SessionError> {
     let file = File::open(input).map_err(SessionError::io("read", input))?;
     let reader = BufReader::with_capacity(1 << 16, file);
     let mut recovered = Recovered::default();
     write_atomic(output, |out| {
-        recovered = inhand_container::recover(&name_of(input), reader, &mut *out, recovered_take)
-            .in_file(input)?;
+        recovered = inhand_container::recover(
+            &name_of(input),
+            reader,
+            &mut *out,
+            keep_unverified,
+            recovered_take,
+        )
+        .in_file(input)?;
         let written = out.get_ref().try_clone();
         let written = written.map_err(SessionError::io("read", output))?;
         let mut written =

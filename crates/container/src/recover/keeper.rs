@@ -1,185 +1,326 @@
-//! Writes recovered records in a readable order: channels before their messages, schemas before
-//! their channels.
+//! Second pass: writes recovered records in a readable order, channels before their messages, schemas
+//! before their channels.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use mcap::records::{Record, op};
 
-use super::report::Recovered;
+use super::probe::Known;
+use super::report::{Loss, Recovered};
+use super::scan::{Damage, FoundChunk, Kind, Sum, Visitor};
+use super::survey::{Survey, Trust};
+use crate::attachment::pass_attachment;
 use crate::chunk::Packing;
-use crate::error::ContainerError;
+use crate::error::{ContainerError, Place};
 use crate::fields::parse_record;
-use crate::format::{MessageFacts, Records, push_record, set_id};
-use crate::overview::{MetadataRecord, Overview};
+use crate::format::{MessageFacts, Records, id_of, push_record, set_id, to_bytes};
+use crate::ids::Ids;
+use crate::overview::MetadataRecord;
+use crate::source::{Head, Source};
 use crate::writer::Writer;
 
+/// What the topics of messages start with whose checksum differs.
+const UNVERIFIED: &str = "/unverified";
+
+/// Where the numbers of files start that stand for the unverified messages of others.
+const UNVERIFIED_FILES: usize = usize::MAX / 2;
+
 pub(super) struct Keeper<'a> {
-    pub(super) writer: Writer<'a>,
-    pub(super) report: Recovered,
-    overview: Overview,
-    schemas: BTreeMap<u16, Vec<u8>>,
-    channels: BTreeMap<u16, Vec<u8>>,
+    file: String,
+    writer: Writer<'a>,
+    report: Recovered,
+    survey: Survey,
+    keep_unverified: bool,
+    /// Number of the file at hand, of several that were joined.
+    number: usize,
+    ids: Ids,
+    /// Opcodes and new ids of the schemas and channels that are written.
+    defined: BTreeSet<(u8, u16)>,
     /// Records that are kept and not written yet.
     kept: Vec<u8>,
+    /// Log time of the last message.
+    last_time: Option<u64>,
+    /// Listed losses that still lack log times.
+    without_span: Vec<usize>,
 }
 
 impl<'a> Keeper<'a> {
     pub(super) fn create(
+        file: &str,
         out: &'a mut dyn Write,
         header: &[u8],
-        overview: Overview,
+        survey: Survey,
+        keep_unverified: bool,
     ) -> Result<Self, ContainerError> {
-        let counted = overview.statistics.as_ref();
         Ok(Self {
+            file: file.to_owned(),
             writer: Writer::with_header(out, header, Packing::Zstd)?,
-            report: Recovered {
-                stated_messages: counted.map(|counted| counted.message_count),
-                ..Recovered::default()
-            },
-            overview,
-            schemas: BTreeMap::new(),
-            channels: BTreeMap::new(),
+            report: Recovered::default(),
+            survey,
+            keep_unverified,
+            number: 0,
+            ids: Ids::new(true),
+            defined: BTreeSet::new(),
             kept: Vec::new(),
+            last_time: None,
+            without_span: Vec::new(),
         })
     }
 
-    /// Channels that messages can be of.
-    pub(super) fn channel_ids(&self) -> BTreeSet<u16> {
-        (self.channels.keys().chain(self.overview.channels.keys()))
-            .copied()
-            .collect()
-    }
-
-    /// Writes a sound record that lies outside chunks.
-    pub(super) fn alone(&mut self, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
-        self.kept.clear();
-        self.keep(opcode, body);
-        for (opcode, body) in Records(&self.kept).flatten() {
-            if let (op::METADATA, Ok(Record::Metadata(record))) =
-                (opcode, parse_record(opcode, body))
-            {
-                self.report.metadata.insert(record.name);
+    /// Keeps a record, after what it needs.
+    fn keep(&mut self, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
+        match opcode {
+            op::SCHEMA | op::CHANNEL => {
+                let counts = self.survey.counts(self.number, opcode, body);
+                let disputed =
+                    id_of(body).is_some_and(|id| self.survey.is_disputed(self.number, opcode, id));
+                self.report.contradictions += u64::from(!counts || disputed);
+                if counts {
+                    return self.define(self.number, opcode, body);
+                }
             }
-            self.writer.outside(opcode, body)?;
+            op::MESSAGE => self.message(self.number, body)?,
+            _ => push_record(&mut self.kept, opcode, body),
         }
         Ok(())
     }
 
-    /// Writes the records of a sound chunk.
-    pub(super) fn chunk(
-        &mut self,
-        records: &[u8],
-        compression: &str,
-        packed: Option<&[u8]>,
-    ) -> Result<(), ContainerError> {
-        self.keep_all(records);
-        match packed.filter(|_| self.kept == records) {
-            Some(packed) => self.writer.packed_chunk(records, compression, packed),
-            None => self.write_kept(compression),
-        }
-    }
-
-    /// Writes records from the start of a chunk; gives how many messages are kept.
-    pub(super) fn start_of_chunk(
-        &mut self,
-        records: &[u8],
-        compression: &str,
-    ) -> Result<usize, ContainerError> {
-        self.keep_all(records);
-        let kept = Records(&self.kept).flatten();
-        let messages = kept.filter(|(opcode, _)| *opcode == op::MESSAGE).count();
-        self.write_kept(compression)?;
-        Ok(messages)
-    }
-
-    fn write_kept(&mut self, compression: &str) -> Result<(), ContainerError> {
-        let packing = Packing::from_name(compression).unwrap_or(Packing::Zstd);
-        match self.kept.is_empty() {
-            true => Ok(()),
-            false => self.writer.chunk(&self.kept, packing),
-        }
-    }
-
-    fn keep_all(&mut self, records: &[u8]) {
-        self.kept.clear();
-        for (opcode, body) in Records(records).flatten() {
-            if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | 0x80..) {
-                self.keep(opcode, body);
-            }
-        }
-    }
-
-    /// Keeps a record, after what it needs.
-    fn keep(&mut self, opcode: u8, body: &[u8]) {
-        match opcode {
-            op::SCHEMA => self.schema(body),
-            op::CHANNEL => self.channel(body),
-            op::MESSAGE => {
-                let Some(MessageFacts { channel, .. }) = MessageFacts::read(body) else {
-                    return;
-                };
-                if !self.channels.contains_key(&channel)
-                    && let Some(body) = self.overview.channels.get(&channel).cloned()
-                {
-                    self.channel(&body);
-                }
-                if self.channels.contains_key(&channel) {
-                    push_record(&mut self.kept, opcode, body);
-                } else {
-                    *self.report.without_channel.entry(channel).or_default() += 1;
-                }
-            }
-            _ => push_record(&mut self.kept, opcode, body),
-        }
-    }
-
-    fn schema(&mut self, body: &[u8]) {
-        let Ok(Record::Schema { header, .. }) = parse_record(op::SCHEMA, body) else {
-            self.report.contradictions += 1;
-            return;
-        };
-        let first = (self.schemas.entry(header.id)).or_insert_with(|| body.to_vec());
-        match first == body {
-            true => push_record(&mut self.kept, op::SCHEMA, body),
-            false => self.report.contradictions += 1,
-        }
-    }
-
-    fn channel(&mut self, body: &[u8]) {
-        let Ok(Record::Channel(channel)) = parse_record(op::CHANNEL, body) else {
-            self.report.contradictions += 1;
-            return;
-        };
-        let schema = channel.schema_id;
-        if !self.schemas.contains_key(&schema)
-            && let Some(body) = self.overview.schemas.get(&schema).cloned()
-        {
-            self.schema(&body);
-        }
+    /// Keeps a schema or channel of a file, a channel after its schema.
+    fn define(&mut self, file: usize, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
         let mut body = body.to_vec();
-        if schema != 0 && !self.schemas.contains_key(&schema) {
+        if let Ok(Record::Channel(channel)) = parse_record(opcode, &body)
+            && channel.schema_id != 0
+            && self.ids.schema(file, channel.schema_id).is_none()
+            && !self.define_from_survey(file, op::SCHEMA, channel.schema_id)?
+        {
             self.report.without_schema.insert(channel.topic);
             // Number 0 means none.
             set_id(&mut body[2..], 0);
         }
-        let first = (self.channels.entry(channel.id)).or_insert_with(|| body.clone());
-        match *first == body {
-            true => push_record(&mut self.kept, op::CHANNEL, &body),
-            false => self.report.contradictions += 1,
+        let name = self.file.clone();
+        let place = Place {
+            file: &name,
+            offset: 0,
+        };
+        let body = self.ids.define(file, place, opcode, &body)?;
+        self.defined.extend(id_of(&body).map(|id| (opcode, id)));
+        push_record(&mut self.kept, opcode, &body);
+        Ok(())
+    }
+
+    /// Keeps the definition of an id that has none yet; `false` where there is none anywhere.
+    fn define_from_survey(
+        &mut self,
+        file: usize,
+        opcode: u8,
+        id: u16,
+    ) -> Result<bool, ContainerError> {
+        let Some((trust, body)) = self.survey.first(file, opcode, id) else {
+            return Ok(false);
+        };
+        let body = body.to_vec();
+        self.note_doubt(trust, opcode, &body);
+        self.define(file, opcode, &body)?;
+        Ok(true)
+    }
+
+    fn note_doubt(&mut self, trust: Trust, opcode: u8, body: &[u8]) {
+        // Padding in a sound file is no damage.
+        let in_doubt = match trust {
+            Trust::Damaged => !self.survey.is_sound(),
+            trust => trust == Trust::Doubtful,
+        };
+        if in_doubt {
+            let name = match parse_record(opcode, body) {
+                Ok(Record::Channel(channel)) => channel.topic,
+                Ok(Record::Schema { header, .. }) => header.name,
+                _ => return,
+            };
+            self.report.doubtful.insert(name);
         }
     }
 
-    /// Ends the file, after a record that says what was lost.
+    fn message(&mut self, file: usize, body: &[u8]) -> Result<(), ContainerError> {
+        let Some(message) = MessageFacts::read(body) else {
+            return Ok(());
+        };
+        let known = self.ids.channel(file, message.channel).is_some()
+            || self.define_from_survey(file, op::CHANNEL, message.channel)?;
+        let Some(id) = (self.ids.channel(file, message.channel)).filter(|_| known) else {
+            *(self.report.without_channel)
+                .entry(message.channel)
+                .or_default() += 1;
+            return Ok(());
+        };
+        let (first, last) = (self.last_time.unwrap_or(message.log_time), message.log_time);
+        for loss in self.without_span.drain(..) {
+            self.report.losses[loss].span = Some((first.min(last), first.max(last)));
+        }
+        self.last_time = Some(message.log_time);
+        push_record(&mut self.kept, op::MESSAGE, body);
+        let start = self.kept.len() - body.len();
+        set_id(&mut self.kept[start..], id);
+        Ok(())
+    }
+
+    /// Keeps a message whose chunk has another checksum than it states, under a topic of its own.
+    fn unverified(&mut self, body: &[u8]) -> Result<(), ContainerError> {
+        let Some(MessageFacts { channel, .. }) = MessageFacts::read(body) else {
+            return Ok(());
+        };
+        let file = UNVERIFIED_FILES + self.number;
+        if self.ids.channel(file, channel).is_none() {
+            let number = self.number;
+            let Some((_, body)) = self.survey.first(number, op::CHANNEL, channel) else {
+                return Ok(());
+            };
+            let Ok(Record::Channel(mut record)) = parse_record(op::CHANNEL, body) else {
+                return Ok(());
+            };
+            record.topic = format!("{UNVERIFIED}{}", record.topic);
+            let schema = self.survey.first(number, op::SCHEMA, record.schema_id);
+            if let Some((_, schema)) = schema {
+                let schema = schema.to_vec();
+                self.define(file, op::SCHEMA, &schema)?;
+            }
+            self.define(file, op::CHANNEL, &to_bytes(&record))?;
+        }
+        self.report.unverified += 1;
+        self.message(file, body)
+    }
+
+    /// Writes what is kept as records that come one by one.
+    fn write_loose(&mut self) -> Result<(), ContainerError> {
+        let kept = std::mem::take(&mut self.kept);
+        for (opcode, body) in Records(&kept).flatten() {
+            match opcode {
+                op::SCHEMA | op::CHANNEL | op::MESSAGE => self.writer.inside(opcode, body)?,
+                _ => {
+                    if let Ok(Record::Metadata(record)) = parse_record(opcode, body) {
+                        self.report.metadata.insert(record.name);
+                    }
+                    self.writer.outside(opcode, body)?;
+                }
+            }
+        }
+        self.kept = kept;
+        self.kept.clear();
+        Ok(())
+    }
+
+    /// Ends the file, after the schemas and channels that no message needed, and a record that says what
+    /// was lost.
     pub(super) fn finish(
         mut self,
         add: impl FnOnce(&Recovered) -> Option<MetadataRecord>,
     ) -> Result<Recovered, ContainerError> {
+        let all: Vec<_> = (self.survey.all())
+            .map(|(file, opcode, trust, body)| (file, opcode, trust, body.to_vec()))
+            .collect();
+        for (file, opcode, trust, body) in all {
+            let kept = self.kept.len();
+            let count = self.defined.len();
+            self.define(file, opcode, &body)?;
+            if self.defined.len() == count {
+                self.kept.truncate(kept);
+            } else {
+                self.note_doubt(trust, opcode, &body);
+            }
+        }
+        self.write_loose()?;
+        self.writer.close_chunk()?;
         self.report.written = self.writer.written();
         if let Some(record) = add(&self.report) {
             self.writer.metadata(&record.name, &record.facts)?;
         }
         self.report.written = self.writer.finish()?;
         Ok(self.report)
+    }
+}
+
+impl Known for Keeper<'_> {
+    fn knows(&self, message: MessageFacts) -> bool {
+        self.survey.knows(message)
+    }
+
+    fn spans(&self, message: MessageFacts) -> Option<bool> {
+        self.survey.spans(message)
+    }
+}
+
+impl Visitor for Keeper<'_> {
+    fn file(&mut self, number: usize, _header: Option<&[u8]>) -> Result<(), ContainerError> {
+        self.number = number;
+        Ok(())
+    }
+
+    fn chunk(&mut self, chunk: &FoundChunk<'_>, records: &[u8]) -> Result<(), ContainerError> {
+        if chunk.kind == Kind::Damaged && !self.keep_unverified {
+            return Ok(());
+        }
+        self.kept.clear();
+        for (opcode, body) in Records(records).flatten() {
+            match opcode {
+                op::MESSAGE if chunk.kind == Kind::Damaged => self.unverified(body)?,
+                _ if chunk.kind == Kind::Damaged => {}
+                op::SCHEMA | op::CHANNEL | op::MESSAGE | 0x80.. => self.keep(opcode, body)?,
+                _ => {}
+            }
+        }
+        let kept = std::mem::take(&mut self.kept);
+        match chunk.packed.filter(|_| kept == records) {
+            _ if kept.is_empty() => {}
+            Some(packed) => (self.writer).packed_chunk(records, chunk.compression, packed)?,
+            None => {
+                let packing = Packing::from_name(chunk.compression).unwrap_or(Packing::Zstd);
+                self.writer.chunk(&kept, packing)?;
+            }
+        }
+        self.kept = kept;
+        self.kept.clear();
+        Ok(())
+    }
+
+    fn record(&mut self, opcode: u8, body: &[u8], _: bool) -> Result<(), ContainerError> {
+        self.kept.clear();
+        self.keep(opcode, body)?;
+        self.write_loose()
+    }
+
+    fn attachment(&mut self, source: &mut Source<'_>, head: Head) -> Result<(), ContainerError> {
+        pass_attachment(source, head, &mut self.writer)
+    }
+
+    /// They are known from the survey.
+    fn in_summary(&mut self, _opcode: u8, _body: &[u8]) {}
+
+    fn summary_ends(&mut self, _: Sum, stated_messages: Option<u64>) {
+        if let Some(stated) = stated_messages {
+            *self.report.stated_messages.get_or_insert(0) += stated;
+        }
+    }
+
+    fn damage(&mut self, damage: Damage) {
+        match damage {
+            Damage::Lost(loss) => self.lose(loss),
+            Damage::Mended(offset, what) => {
+                self.report.mended.insert(offset, what.to_owned());
+            }
+            Damage::Unchecked => self.report.unchecked = true,
+            Damage::Repaired(what) => {
+                self.report.repaired.insert(what);
+            }
+            Damage::Unfinished => self.report.unfinished = true,
+        }
+    }
+}
+
+impl Keeper<'_> {
+    fn lose(&mut self, loss: Loss) {
+        if loss.span.is_none() && self.report.has_room() {
+            self.without_span.push(self.report.losses.len());
+        }
+        self.report.lose(loss);
     }
 }

@@ -17,7 +17,8 @@ pub struct Loss {
     pub bytes: u64,
     /// What they were.
     pub what: String,
-    /// Log times of the messages in them, as far as the file states them.
+    /// Log times of the messages in them where the file states them, else of those saved before and
+    /// after them.
     pub span: Option<(u64, u64)>,
 }
 
@@ -39,8 +40,15 @@ pub struct Recovered {
     pub without_channel: BTreeMap<u16, u64>,
     /// Topics whose schema is lost; they are written without one.
     pub without_schema: BTreeSet<String>,
-    /// Schemas and channels that contradict an earlier one of the same id, and were left out.
+    /// Schemas and channels without a checksum that contradict one with it, and were left out.
     pub contradictions: u64,
+    /// Topics and schemas that only damaged bytes define: a chunk or summary whose checksum differs.
+    pub doubtful: BTreeSet<String>,
+    /// Messages of chunks whose checksum differs that are kept, under topics that start with
+    /// `/unverified`.
+    pub unverified: u64,
+    /// Wrong bytes that cost nothing, by their place.
+    pub mended: BTreeMap<u64, String>,
     /// Messages that the file's own summary counts.
     pub stated_messages: Option<u64>,
     /// Whether the file ends before its data do, or its writer never finished it.
@@ -59,23 +67,26 @@ impl Recovered {
             || !self.without_channel.is_empty()
             || !self.without_schema.is_empty()
             || self.contradictions > 0
+            || !self.doubtful.is_empty()
+            || !self.mended.is_empty()
             || self.unfinished
             || self.unchecked
             || self
                 .stated_messages
-                .is_some_and(|stated| stated > self.written.messages)
+                .is_some_and(|stated| stated > self.written.messages - self.unverified)
+    }
+
+    /// Whether another loss is listed.
+    pub(super) fn has_room(&self) -> bool {
+        self.losses.len() < MOST_LISTED
     }
 
     pub(super) fn lose(&mut self, loss: Loss) {
         self.lost_bytes += loss.bytes;
-        if self.losses.len() < MOST_LISTED {
+        if self.has_room() {
             self.losses.push(loss);
         } else {
             self.losses_unlisted += 1;
         }
-    }
-
-    pub(super) fn repair(&mut self, what: &str) {
-        self.repaired.insert(what.to_owned());
     }
 }

@@ -18,10 +18,8 @@ const LOOSE_BYTES: u64 = 1 << 20;
 pub(super) fn survey(source: &mut Source<'_>) -> Result<(Definitions, Vec<Block>), ContainerError> {
     let overview = Overview::read(source)?;
     let mut definitions = Definitions::default();
-    if overview.complete {
-        for (opcode, body) in overview.definitions() {
-            definitions.add(&source.place(0).parse(opcode, body)?);
-        }
+    for (opcode, body) in overview.definitions() {
+        definitions.add(&source.place(0).parse(opcode, body)?);
     }
     let (mut body, mut records, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
     while let Some(head) = source.next_head()? {
@@ -62,6 +60,8 @@ fn listed(overview: &Overview, head: Head) -> Option<(Block, u64)> {
     let span = (chunk.message_start_time, chunk.message_end_time);
     let sound = overview.complete
         && !chunk.message_index_offsets.is_empty()
+        // Some writers leave the times out.
+        && span.1 != 0
         && span.0 <= span.1
         && chunk.chunk_length == head.end() - head.offset;
     let behind = head.end().checked_add(chunk.message_index_length)?;

@@ -25,8 +25,8 @@ pub(crate) struct Args {
     input: PathBuf,
     /// Start of the range, seconds [default: the start].
     ///
-    /// Seconds since the take's first sample (of another file: its first message), or a UTC time such as
-    /// 2024-05-06T12:00:00Z.
+    /// Seconds since the take's first sample (of another file: its first message), a UTC time such as
+    /// 2024-05-06T12:00:00Z, or nanoseconds since 1970 (16 digits or more).
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = instant)]
     from: Option<Instant>,
     /// End of the range, as --from; it is not part of the range [default: the end].
@@ -78,7 +78,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     print(args.format, || cuts.iter().map(text).collect(), json)?;
     for ((output, _), cut) in outputs.iter().zip(&cuts) {
         if cut.selected.written.messages == 0 {
-            console.say("warning  no message is in that range");
+            console.say(
+                "warning  no message is in that range; a time is given in seconds since the start, as UTC or \
+                 in nanoseconds since 1970, and `inhand info` prints start and end",
+            );
         }
         console.wrote(output);
     }
@@ -128,6 +131,12 @@ fn outputs(args: &Args, intervals: Vec<Interval>) -> Vec<(PathBuf, Vec<Interval>
 /// Seconds, or a time with its zone.
 pub(super) fn instant(text: &str) -> Result<Instant, &'static str> {
     let trimmed = text.trim();
+    // As many seconds are 30 million years.
+    if trimmed.len() > 15
+        && let Ok(unix_nanos) = trimmed.parse::<u64>()
+    {
+        return Ok(Instant::Utc(unix_nanos));
+    }
     let seconds = trimmed.strip_suffix('s').unwrap_or(trimmed).parse::<f64>();
     if let Ok(seconds) = seconds
         && seconds.is_finite()
@@ -137,8 +146,8 @@ pub(super) fn instant(text: &str) -> Result<Instant, &'static str> {
     let time = trimmed.parse::<jiff::Timestamp>().ok();
     let nanos = time.and_then(|time| u64::try_from(time.as_nanosecond()).ok());
     nanos.map(Instant::Utc).ok_or(
-        "expected seconds since the start, or a time with its zone from 1970 on, such as \
-         2024-05-06T12:00:00.5Z",
+        "expected seconds since the start, a time with its zone from 1970 on, such as \
+         2024-05-06T12:00:00.5Z, or nanoseconds since 1970",
     )
 }
 

@@ -1,10 +1,13 @@
 //! `inhand info FILE`.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{BufReader, Read as _};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use inhand_channels::{FileInfo, info, view_topics};
+use inhand_channels::{FileInfo, info, info_of_source, view_topics};
+use inhand_container::{Source, is_mcap};
 use inhand_model::{Dictionary, Provenance};
 use inhand_session::{take_files, unpack};
 use serde_json::{Value, json};
@@ -35,17 +38,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut documents = Vec::new();
     for file in take_files(&args.file)? {
         let shown = file.display().to_string();
-        let stored = std::fs::read(&file).with_context(|| format!("cannot read {shown}"))?;
-        let bytes = unpack(&file, &stored)?;
-        let info = info(&bytes, &shown).map_err(|error| {
-            anyhow!(
-                "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
-                 files of them"
-            )
-        })?;
+        let info = listed(&file, &shown)?;
         let has_dictionary = (info.channels.iter()).any(|c| c.topic == DICTIONARY);
         let dictionary = has_dictionary
-            .then(|| inhand_channels::read_dictionary(&bytes, &shown))
+            .then(|| {
+                with_bytes(&file, |bytes| {
+                    Ok(inhand_channels::read_dictionary(bytes, &shown)?)
+                })
+            })
             .and_then(Result::ok);
         texts += &text(&info);
         let mut document = to_json(&info);
@@ -54,6 +54,16 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             document["dictionary"] = dictionary_json(dictionary, made);
         }
         documents.push(document);
+        for warning in &info.warnings {
+            console.say(&format!("warning  {warning}"));
+        }
+        if info.messages_without_channel > 0 {
+            console.say(&format!(
+                "warning  {} messages are of channels that the file does not define",
+                info.messages_without_channel
+            ));
+            exit = Exit::Lossy;
+        }
         if let Some(problem) = &info.problem {
             console.say(&format!("warning  {problem}; the list ends before it"));
             exit = Exit::Lossy;
@@ -66,6 +76,36 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     };
     print(args.format, || texts, json)?;
     Ok(exit)
+}
+
+/// Lists a file record by record; one that zstd packed is read whole.
+fn listed(file: &Path, shown: &str) -> Result<FileInfo> {
+    let mut begin = Vec::new();
+    let opened = File::open(file).with_context(|| format!("cannot read {shown}"))?;
+    opened.take(8).read_to_end(&mut begin)?;
+    let info = match is_mcap(&begin) {
+        true => {
+            let opened = File::open(file).with_context(|| format!("cannot read {shown}"))?;
+            let reader = BufReader::with_capacity(1 << 16, opened);
+            Source::open(shown, reader)
+                .map_err(Into::into)
+                .and_then(|mut source| info_of_source(&mut source))
+        }
+        false => with_bytes(file, |bytes| Ok(info(bytes, shown)))?,
+    };
+    info.map_err(|error| {
+        anyhow!(
+            "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
+             files of them"
+        )
+    })
+}
+
+/// Reads a whole file, unpacked where zstd packed it.
+fn with_bytes<T>(file: &Path, read: impl FnOnce(&[u8]) -> Result<T>) -> Result<T> {
+    let shown = file.display();
+    let stored = std::fs::read(file).with_context(|| format!("cannot read {shown}"))?;
+    read(&unpack(file, &stored)?)
 }
 
 fn text(info: &FileInfo) -> String {
@@ -116,8 +156,8 @@ fn text(info: &FileInfo) -> String {
             text += &format!("  {finger:<7} {line}");
         }
     }
-    for name in info.metadata.0.keys() {
-        text += &format!("metadata  {}\n", one_line(name));
+    for record in &info.metadata_records {
+        text += &format!("metadata  {}\n", one_line(&record.name));
     }
     for attachment in &info.attachments {
         let (name, kind) = (one_line(&attachment.name), or_none(&attachment.media_type));
@@ -150,6 +190,9 @@ fn header(info: &FileInfo) -> String {
         info.messages,
         info.duration_s()
     );
+    if let (Some(first), Some(last)) = (info.first_unix_nanos(), info.last_unix_nanos()) {
+        text += &format!("from      {}\nto        {}\n", utc(first), utc(last));
+    }
     let compression = info.chunks.compression.iter();
     let compression: Vec<_> = compression
         .map(|(name, count)| format!("{count} {name}"))
@@ -174,6 +217,12 @@ fn header(info: &FileInfo) -> String {
         }
     }
     text + "channels\n"
+}
+
+/// A time as `cut --from` reads it.
+fn utc(unix_nanos: u64) -> String {
+    let time = jiff::Timestamp::from_nanosecond(i128::from(unix_nanos));
+    time.map_or_else(|_| format!("{unix_nanos} ns"), |time| time.to_string())
 }
 
 fn or_none(text: &str) -> &str {
@@ -202,6 +251,9 @@ fn to_json(info: &FileInfo) -> Value {
             (&fingertips.topic, fingers)
         })
         .collect();
+    let metadata_records: Vec<_> = (info.metadata_records.iter())
+        .map(|record| json!({ "name": record.name, "facts": record.facts }))
+        .collect();
     json!({
         "file": info.file,
         "bytes": info.bytes,
@@ -219,6 +271,9 @@ fn to_json(info: &FileInfo) -> Value {
         "frames": info.frames,
         "fingertips": fingertips,
         "metadata": info.metadata.0,
+        "metadata_records": metadata_records,
+        "messages_without_channel": info.messages_without_channel,
+        "warnings": info.warnings,
         "attachments": info.attachments,
     })
 }

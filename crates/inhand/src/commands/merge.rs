@@ -1,9 +1,10 @@
 //! `inhand merge FILE FILE... -o OUT`.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::{containers, same_file};
+use inhand_session::containers;
 use serde_json::json;
 
 use crate::commands::cut::seconds;
@@ -38,8 +39,9 @@ const LONG_PAUSE: u64 = 3_600_000_000_000;
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
-    for (n, input) in inputs.iter().enumerate() {
-        if inputs[..n].iter().any(|other| same_file(other, input)) {
+    let mut files = BTreeSet::new();
+    for &input in &inputs {
+        if !files.insert(input.canonicalize().unwrap_or_else(|_| input.to_owned())) {
             return usage(format!("{} is named twice", input.display()));
         }
     }

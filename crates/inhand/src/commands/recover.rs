@@ -25,6 +25,11 @@ pub(crate) struct Args {
     input: PathBuf,
     #[command(flatten)]
     output: OutputFile,
+    /// Keep the messages of chunks whose checksum differs, under topics that start with /unverified.
+    ///
+    /// Any of these messages may be wrong.
+    #[arg(long)]
+    keep_unverified: bool,
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -33,7 +38,7 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.output.check_mcap(&[&args.input])?;
     let output = &args.output.output;
-    let write = |path: &Path| containers::recover(&args.input, path);
+    let write = |path: &Path| containers::recover(&args.input, path, args.keep_unverified);
     let recovered = args.output.write(write)?;
     print(args.format, || text(&recovered), || as_json(&recovered))?;
     console.say(&format!("wrote {}, and read it back", output.display()));
@@ -70,14 +75,30 @@ fn text(recovered: &Recovered) -> String {
     if recovered.contradictions > 0 {
         let count = recovered.contradictions;
         lost(format!(
-            "{count} schemas or channels that contradict others"
+            "{count} schemas or channels without a checksum that contradict others"
         ));
     }
     if recovered.unfinished {
         lost("all data after that: the file has no end".to_owned());
     }
+    if recovered.unverified > 0 {
+        text += &format!(
+            "warning   {} messages under /unverified come from chunks whose checksum differs\n",
+            recovered.unverified
+        );
+    }
+    for name in &recovered.doubtful {
+        text += &format!("warning   the only definition of {name} is in bytes that are damaged\n");
+    }
     if recovered.unchecked {
         text += "warning   no checksum covers the records outside chunks\n";
+    }
+    for (offset, what) in recovered.mended.iter().take(MOST_PRINTED) {
+        text += &format!("mended    byte {offset}: {what}\n");
+    }
+    if recovered.mended.len() > MOST_PRINTED {
+        let more = recovered.mended.len() - MOST_PRINTED;
+        text += &format!("mended    {more} more places\n");
     }
     for part in &recovered.repaired {
         text += &format!("repaired  {part}\n");
@@ -125,6 +146,9 @@ fn as_json(recovered: &Recovered) -> Value {
         "messages_without_channel": recovered.without_channel.values().sum::<u64>(),
         "topics_without_schema": recovered.without_schema,
         "contradictions": recovered.contradictions,
+        "doubtful_definitions": recovered.doubtful,
+        "unverified_messages": recovered.unverified,
+        "mended": recovered.mended,
         "unfinished": recovered.unfinished,
         "unchecked_records": recovered.unchecked,
         "repaired": recovered.repaired,

@@ -11,7 +11,9 @@ fn info_reads_every_recording_of_others() {
     assert!(files.len() > 430, "{} files", files.len());
     for file in files {
         let output = inhand(&["info", text(&file)]);
-        let expected = if is_damaged(&file) { 3 } else { 0 };
+        // Of one, a chunk by itself, no message has a channel.
+        let lossy = is_damaged(&file) || file.ends_with("zstd_chunk_with_padding.mcap");
+        let expected = if lossy { 3 } else { 0 };
         assert_eq!(
             output.status.code(),
             Some(expected),

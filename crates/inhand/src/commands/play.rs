@@ -27,9 +27,9 @@ pub(crate) struct Args {
     /// Address to listen at; 0.0.0.0 for viewers on other computers.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     host: String,
-    /// Web page that may connect, such as https://viewer.example; * for all.
+    /// Origin of web pages that may connect, with its scheme; * for all.
     ///
-    /// Without it those on this computer, https://app.foxglove.dev and installed viewers may. Programs that are no
+    /// Without it pages on this computer, of app.foxglove.dev and of installed viewers may. Programs that are no
     /// browsers always may.
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,

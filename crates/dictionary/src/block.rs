@@ -14,7 +14,7 @@ use crate::matrix_view::{View, chunk_width};
 use crate::missing::Missing;
 use crate::multiplicative;
 use crate::packed::{Packed, gram_lower};
-use crate::product::{cross, dot, gram, squared_norm, squared_residual, sum_lower};
+use crate::product::{cross, dot, gram, squared_norm, squared_residual, sum, sum_lower};
 use crate::random;
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
@@ -26,11 +26,11 @@ pub(crate) const BLOCK_COLUMNS: usize = 2048;
 
 /// The primitives as a half step over activations needs them.
 #[derive(Clone, Debug)]
-pub(crate) struct Basis<T> {
+pub(crate) struct Basis<'a, T: Real> {
     /// Number of primitives.
     pub(crate) rank: usize,
     /// Primitives as rows (`rank` x rows).
-    pub(crate) rows_of: Vec<T>,
+    pub(crate) rows_of: Cow<'a, [T]>,
     /// `W Wᵀ` of these rows (`rank` x `rank`).
     pub(crate) gram: Vec<T>,
     padded: Gram<T>,
@@ -40,13 +40,13 @@ pub(crate) struct Basis<T> {
     penalty: Penalty,
 }
 
-impl<T: Real> Basis<T> {
+impl<'a, T: Real> Basis<'a, T> {
     /// A basis from its primitives as rows (`rank` x rows), and what activations cost.
-    pub(crate) fn new(rows_of: &[f64], rank: usize, penalty: Penalty) -> Self {
-        let rows_of: Vec<T> = rows_of.iter().map(|v| T::of(*v)).collect();
-        let gram = crate::product::gram(&rows_of, rank);
-        let padded = Gram::new(&gram, rank, T::of(penalty.l2));
+    pub(crate) fn new(rows_of: &'a [f64], rank: usize, penalty: Penalty) -> Self {
+        let rows_of = T::all_of(rows_of);
         let packed = Packed::new(&rows_of, rank);
+        let gram = packed.gram(&rows_of);
+        let padded = Gram::new(&gram, rank, T::of(penalty.l2));
         Self {
             rank,
             rows_of,
@@ -104,7 +104,7 @@ impl<T: Real> Block<T> {
     ///
     /// Equal numbers would fit as well, but coordinate descent would then give the first primitives
     /// of each column much to do and the last ones little.
-    pub(crate) fn start_activations(&mut self, basis: &Basis<T>, seed: u64, first: usize) {
+    pub(crate) fn start_activations(&mut self, basis: &Basis<'_, T>, seed: u64, first: usize) {
         let rank = basis.rank;
         let sum: Vec<T> = basis
             .rows_of
@@ -144,14 +144,14 @@ impl<T: Real> Block<T> {
     /// the error over all data is that over the data that is there, and a step that lowers the one
     /// lowers the other at least as much (expectation maximisation; Zhang, Wang, Ford and Makedon
     /// 2006, "Learning from incomplete ratings using non-negative matrix factorization").
-    pub(crate) fn expect_missing(&mut self, basis: &Basis<T>) {
+    pub(crate) fn expect_missing(&mut self, basis: &Basis<'_, T>) {
         self.missing
             .expect(&mut self.data, self.rows, &basis.rows_of, &self.activations);
     }
 
     /// Updates the activations for given primitives and measures the fit, without the products with the
     /// data. What is missing is then what these activations expect.
-    pub(crate) fn fit(&mut self, basis: &Basis<T>, update: Update, sweeps: usize) -> Sums {
+    pub(crate) fn fit(&mut self, basis: &Basis<'_, T>, update: Update, sweeps: usize) -> Sums {
         let (rows, rank) = (self.rows, basis.rank);
         let width = chunk_width(self.count());
         let l1 = T::of(basis.penalty.l1);
@@ -193,9 +193,9 @@ impl<T: Real> Block<T> {
             squared_norm_m2: self.squared_norm,
             squared_residual_m2: (everywhere - changed).max(0.0),
             left_out_residual_m2: 0.0,
-            activation_sum_m: self.activations.iter().map(|v| v.to_f64()).sum(),
+            activation_sum_m: sum(&self.activations),
             activation_squares_m2: squares,
-            activation_gram_m2: activation_gram.iter().map(|v| v.to_f64()).collect(),
+            activation_gram_m2: activation_gram.into_iter().map(T::to_f64).collect(),
             cross_m2: Vec::new(),
         }
     }
@@ -204,13 +204,13 @@ impl<T: Real> Block<T> {
     pub(crate) fn cross(&self, rank: usize, set_aside: &[usize]) -> Vec<f64> {
         let activations = self.without(rank, set_aside);
         let cross = cross(&activations, rank, &self.data, self.rows);
-        cross.iter().map(|v| v.to_f64()).collect()
+        cross.into_iter().map(T::to_f64).collect()
     }
 
     /// `H Hᵀ` (`rank` x `rank`) of all columns but those set aside.
     pub(crate) fn gram(&self, rank: usize, set_aside: &[usize]) -> Vec<f64> {
         let gram = gram(&self.without(rank, set_aside), rank);
-        gram.iter().map(|v| v.to_f64()).collect()
+        gram.into_iter().map(T::to_f64).collect()
     }
 
     /// The activations, zero for the columns set aside.
@@ -223,7 +223,7 @@ impl<T: Real> Block<T> {
     }
 
     /// Squared Frobenius norm of the error of some columns.
-    pub(crate) fn squared_residual_of(&self, columns: &[usize], basis: &Basis<T>) -> f64 {
+    pub(crate) fn squared_residual_of(&self, columns: &[usize], basis: &Basis<'_, T>) -> f64 {
         let of = |numbers: &[T], size: usize| -> Vec<T> {
             let columns = columns
                 .iter()

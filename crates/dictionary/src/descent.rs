@@ -203,25 +203,49 @@ fn sweep_tile<T: Real, const L: usize, const V: usize, const FUSED: bool>(
                 lanes_multiply_add::<T, L, V, FUSED>(*g, x, product);
             }
         }
-        for row in 0..BLOCK {
-            let j = first + row;
-            let inverse = gram.inverse_diagonal[j];
-            let mut change = [[T::ZERO; L]; V];
-            for v in 0..V {
-                for lane in 0..L {
-                    let old = x[j][v][lane];
-                    let gradient = p[j][v][lane] - product[row][v][lane];
-                    let free = multiply_add::<T, FUSED>(gradient, inverse, old);
-                    let new = if free > T::ZERO { free } else { T::ZERO };
-                    change[v][lane] = new - old;
-                    x[j][v][lane] = new;
-                }
-            }
-            for later in row + 1..BLOCK {
-                lanes_multiply_add::<T, L, V, FUSED>(panel[j][later], &change, &mut product[later]);
-            }
+        // Written out: a loop over the coordinates leaves the products in memory.
+        macro_rules! descend {
+            ($row:expr, $product:ident $(, $later:ident)*) => {
+                let j = first + $row;
+                let _change = coordinate::<T, L, V, FUSED>(
+                    gram.inverse_diagonal[j], &p[j], &$product, &mut x[j],
+                );
+                correct!(&panel[j], _change, $row + 1 $(, $later)*);
+                descend!($row + 1 $(, $later)*);
+            };
+            ($row:expr) => {};
+        }
+        macro_rules! correct {
+            ($gram:expr, $change:ident, $later:expr, $product:ident $(, $rest:ident)*) => {
+                lanes_multiply_add::<T, L, V, FUSED>($gram[$later], &$change, &mut $product);
+                correct!($gram, $change, $later + 1 $(, $rest)*);
+            };
+            ($gram:expr, $change:ident, $later:expr) => {};
+        }
+        let [a, mut b, mut c, mut d, mut e, mut f, mut g, mut h] = product;
+        descend!(0, a, b, c, d, e, f, g, h);
+    }
+}
+
+/// Sets one coordinate of all columns to its minimiser, and returns by how much it changed.
+#[inline(always)]
+fn coordinate<T: Real, const L: usize, const V: usize, const FUSED: bool>(
+    inverse: T,
+    p: &Lanes<T, L, V>,
+    product: &Lanes<T, L, V>,
+    x: &mut Lanes<T, L, V>,
+) -> Lanes<T, L, V> {
+    let mut change = [[T::ZERO; L]; V];
+    for v in 0..V {
+        for lane in 0..L {
+            let old = x[v][lane];
+            let free = multiply_add::<T, FUSED>(p[v][lane] - product[v][lane], inverse, old);
+            let new = if free > T::ZERO { free } else { T::ZERO };
+            change[v][lane] = new - old;
+            x[v][lane] = new;
         }
     }
+    change
 }
 
 #[cfg(test)]

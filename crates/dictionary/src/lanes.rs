@@ -136,7 +136,7 @@ pub(crate) fn lanes_multiply_add<T: Real, const L: usize, const V: usize, const 
 /// Bytes of a cache line: a register that is loaded across two of them takes twice as long.
 const CACHE_LINE: usize = 64;
 
-/// Zeros that start at a cache line.
+/// Numbers that start at a cache line.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligned<T> {
     numbers: Vec<T>,
@@ -146,13 +146,23 @@ pub(crate) struct Aligned<T> {
 
 impl<T: Real> Aligned<T> {
     pub(crate) fn zeros(length: usize) -> Self {
+        Self::filled(length, |numbers| {
+            numbers.resize(numbers.len() + length, T::ZERO);
+        })
+    }
+
+    /// Numbers from a cache line on: `append` appends `length` of them.
+    pub(crate) fn filled(length: usize, append: impl FnOnce(&mut Vec<T>)) -> Self {
         let spare = CACHE_LINE / size_of::<T>();
-        let numbers = vec![T::ZERO; length + spare];
+        let mut numbers = Vec::<T>::with_capacity(length + spare);
         // Where the allocation cannot be aligned, its start will do: alignment is speed alone.
         let offset = numbers.as_ptr().align_offset(CACHE_LINE);
+        let first = if offset <= spare { offset } else { 0 };
+        numbers.resize(first, T::ZERO);
+        append(&mut numbers);
         Self {
-            first: if offset <= spare { offset } else { 0 },
             numbers,
+            first,
             length,
         }
     }

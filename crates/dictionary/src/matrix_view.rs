@@ -8,16 +8,25 @@ use crate::real::Real;
 /// enough that 600 columns feed several cores.
 const CHUNK_COLUMNS: usize = 192;
 
+/// Columns of a product that are summed together.
+pub(crate) const STRIP: usize = 8;
+
 /// Chunks come in multiples of this, so that two and four cores finish together.
 const CHUNK_MULTIPLE: usize = 4;
 
 /// Width of the chunks into which `count` columns are cut. It depends on nothing but `count`, so
-/// that sums over chunks have the same bits whatever the number of threads.
+/// that sums over chunks have the same bits whatever the number of threads. Chunks of many columns hold whole
+/// strips of those that a product sums together.
 pub(crate) fn chunk_width(count: usize) -> usize {
     let chunks = count
         .div_ceil(CHUNK_COLUMNS)
         .next_multiple_of(CHUNK_MULTIPLE);
-    count.div_ceil(chunks.max(1)).max(1)
+    let width = count.div_ceil(chunks.max(1)).max(1);
+    if width < STRIP {
+        width
+    } else {
+        width.next_multiple_of(STRIP)
+    }
 }
 
 /// A matrix in borrowed memory.
@@ -28,6 +37,18 @@ pub(crate) struct View<'a, T> {
     pub(crate) columns: usize,
     row_stride: usize,
     column_stride: usize,
+}
+
+/// Neighbouring columns of a matrix, where they are; what lies behind the last one is not told.
+pub(crate) enum Strip<'a, T, const C: usize> {
+    /// Columns without steps between their numbers.
+    Columns([&'a [T]; C]),
+    /// Rows without steps between their numbers, of which the first ones count.
+    Rows {
+        data: &'a [T],
+        stride: usize,
+        columns: usize,
+    },
 }
 
 impl<'a, T: Real> View<'a, T> {
@@ -63,52 +84,23 @@ impl<'a, T: Real> View<'a, T> {
         }
     }
 
-    /// Copies columns from number `column` on, `C` at a time, of `count` rows from number `row` on, into
-    /// strips one after the other: row after row, with zeros for columns that do not exist. Strips without any
-    /// column stay as they are.
+    /// `C` columns from number `column` on, of some of the rows.
     #[inline(always)]
-    pub(crate) fn strips<const C: usize>(
+    pub(crate) fn strip<const C: usize>(
         &self,
-        row: usize,
+        rows: Range<usize>,
         column: usize,
-        strips: &mut [[T; C]],
-        count: usize,
-    ) {
-        let columns = self.columns - column;
-        let data = &self.data[row * self.row_stride + column * self.column_stride..];
-        if self.column_stride == 1 {
-            for (k, from) in data.chunks(self.row_stride).take(count).enumerate() {
-                let from = &from[..columns.min(strips.len() / count * C)];
-                let (whole, rest) = from.as_chunks();
-                for (to, from) in strips.iter_mut().skip(k).step_by(count).zip(whole) {
-                    *to = *from;
-                }
-                if !rest.is_empty() {
-                    let to = &mut strips[whole.len() * count + k];
-                    *to = [T::ZERO; C];
-                    to[..rest.len()].copy_from_slice(rest);
-                }
-            }
+    ) -> Strip<'a, T, C> {
+        let data = &self.data[rows.start * self.row_stride + column * self.column_stride..];
+        let last = self.columns - column - 1;
+        if self.row_stride == 1 {
+            let column = |place: usize| &data[place.min(last) * self.column_stride..][..rows.len()];
+            Strip::Columns(std::array::from_fn(column))
         } else {
-            for (strip, to) in strips.chunks_exact_mut(count).enumerate() {
-                let Some(left) = columns.checked_sub(strip * C).filter(|left| *left > 0) else {
-                    break;
-                };
-                // All columns at once: their cache lines arrive together.
-                let from: [&[T]; C] = std::array::from_fn(|place| {
-                    let column = strip * C + place.min(left - 1);
-                    &data[column * self.column_stride..][..(count - 1) * self.row_stride + 1]
-                });
-                for (k, to) in to.iter_mut().enumerate() {
-                    for place in 0..C {
-                        to[place] = from[place][k * self.row_stride];
-                    }
-                }
-                if left < C {
-                    for to in to {
-                        to[left..].fill(T::ZERO);
-                    }
-                }
+            Strip::Rows {
+                data,
+                stride: self.row_stride,
+                columns: C.min(last + 1),
             }
         }
     }

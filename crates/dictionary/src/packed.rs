@@ -2,24 +2,18 @@
 //!
 //! A general matrix product copies both operands into the order in which its kernel reads them, each time it is
 //! called. With 200 rows on one side and chunks of 150 columns on the other that takes a fifth of its time.
-//! Here the factor is packed once for each half step, and of the data only what one strip of the
-//! result needs at a time.
+//! Here the factor is packed once for each half step, and the data is read where it is.
 
 use rayon::prelude::*;
 
 use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add};
-use crate::matrix_view::{View, chunk_width};
+use crate::matrix_view::{STRIP, Strip, View, chunk_width};
+use crate::product::mirror_lower;
 use crate::real::Real;
 
 /// Terms that are summed before the result is written: a strip of the right operand this deep stays
 /// in the first cache, the left operand's slice in the second.
 const DEPTH: usize = 256;
-
-/// Columns of the result that are summed together.
-const STRIP: usize = 8;
-
-/// Strips that are copied together, so that whole runs of cache lines are read from each row.
-const STRIPS: usize = 8;
 
 /// Registers of rows that are summed together with AVX-512: as many as it has for [`STRIP`] times their
 /// number.
@@ -45,15 +39,14 @@ impl<T: Real> Packed<T> {
         let (bytes, registers) = set.registers(WIDE);
         let width = registers * bytes / size_of::<T>();
         let depth = columns.len().checked_div(rows).unwrap_or(0);
-        let mut numbers = Aligned::zeros(rows.next_multiple_of(width) * depth);
-        let to = numbers.numbers_mut();
-        match width {
+        let length = rows.next_multiple_of(width) * depth;
+        let numbers = Aligned::filled(length, |to| match width {
             48 => pack::<T, 48>(columns, rows, to),
             24 => pack::<T, 24>(columns, rows, to),
             8 => pack::<T, 8>(columns, rows, to),
             4 => pack::<T, 4>(columns, rows, to),
             _ => pack::<T, 2>(columns, rows, to),
-        }
+        });
         Self {
             set,
             rows,
@@ -82,7 +75,24 @@ impl<T: Real> Packed<T> {
             });
     }
 
-    /// The same, but of each strip of columns only from the panel on that holds row
+    /// `factor * factorᵀ` for the very factor that is packed.
+    pub(crate) fn gram(&self, factor: &[T]) -> Vec<T> {
+        let rank = self.rows;
+        let mut out = vec![T::ZERO; rank * rank];
+        let (width, factor) = (chunk_width(rank), View::columns(factor, rank));
+        out.par_chunks_mut((width * rank).max(1))
+            .enumerate()
+            .for_each(|(chunk, out)| {
+                let first = chunk * width;
+                let columns = first..first + out.len() / rank;
+                let right = factor.row_range(&columns).transposed();
+                self.times_from(right, out, |column| first + column);
+            });
+        mirror_lower(&mut out, rank);
+        out
+    }
+
+    /// The same as [`times`](Self::times), but of each strip of columns only from the panel on that holds row
     /// `first_row(column)` of its first column.
     fn times_from(&self, right: View<'_, T>, out: &mut [T], first_row: impl Fn(usize) -> usize) {
         assert_eq!(self.depth, right.rows, "inner sizes of a product agree");
@@ -98,18 +108,15 @@ impl<T: Real> Packed<T> {
 }
 
 /// Panels of `W` rows. The width is a constant so that a row of a panel is moved by a few instructions.
-fn pack<T: Real, const W: usize>(columns: &[T], rows: usize, to: &mut [T]) {
-    let depth = columns.len().checked_div(rows).unwrap_or(0);
-    let panels = to.chunks_exact_mut((W * depth).max(1)).enumerate();
-    for (panel, to) in panels {
-        let columns = columns
-            .chunks_exact(rows)
-            .map(|column| &column[panel * W..]);
-        for (to, from) in to.as_chunks_mut::<W>().0.iter_mut().zip(columns) {
-            if let Some(from) = from.first_chunk() {
-                *to = *from;
+fn pack<T: Real, const W: usize>(columns: &[T], rows: usize, to: &mut Vec<T>) {
+    for first in (0..rows).step_by(W) {
+        for column in columns.chunks_exact(rows) {
+            let from = &column[first..];
+            if let Some(from) = from.first_chunk::<W>() {
+                to.extend(from);
             } else {
-                to[..from.len()].copy_from_slice(from);
+                to.extend_from_slice(from);
+                to.resize(to.len() + W - from.len(), T::ZERO);
             }
         }
     }
@@ -143,29 +150,77 @@ impl<T: Real> Kernel for Product<'_, T> {
             return;
         }
         let panels = self.left.numbers.lanes::<L, V>();
-        let mut strips = vec![[T::ZERO; STRIP]; STRIPS * DEPTH.min(depth)];
         for start in (0..depth).step_by(DEPTH) {
             let count = DEPTH.min(depth - start);
-            for (group, out) in self.out.chunks_mut(STRIPS * STRIP * rows).enumerate() {
-                let first_column = group * STRIPS * STRIP;
-                let strips = &mut strips[..STRIPS * count];
-                self.right.strips(start, first_column, strips, count);
-                for (place, out) in out.chunks_mut(STRIP * rows).enumerate() {
-                    let strip = &strips[place * count..][..count];
-                    let skipped = (self.first_row)(first_column + place * STRIP) / width;
-                    for (panel, left) in panels.chunks_exact(depth).enumerate().skip(skipped) {
-                        let left = &left[start..][..count];
-                        let first = panel * width;
-                        // The last panel may need one register only.
-                        if first + L < rows {
-                            let sums = tile::<T, L, V, V, FUSED>(left, strip);
-                            write(&sums, first, start, rows, out);
-                        } else {
-                            let sums = tile::<T, L, V, 1, FUSED>(left, strip);
-                            write(&sums, first, start, rows, out);
-                        }
+            for (place, out) in self.out.chunks_mut(STRIP * rows).enumerate() {
+                let column = place * STRIP;
+                let skipped = (self.first_row)(column) / width;
+                let strip = PanelStrip {
+                    panels: &panels[skipped * depth..],
+                    first_row: skipped * width,
+                    depth,
+                    start,
+                    rows,
+                    out,
+                };
+                match self.right.strip::<STRIP>(start..start + count, column) {
+                    Strip::Columns(columns) => {
+                        strip.sum::<FUSED>(count, |k| columns.map(|column| column[k]));
+                    }
+                    Strip::Rows {
+                        data,
+                        stride,
+                        columns,
+                    } if columns == STRIP => {
+                        strip.sum::<FUSED>(count, |k| {
+                            *data[k * stride..].first_chunk().expect("whole rows")
+                        });
+                    }
+                    Strip::Rows {
+                        data,
+                        stride,
+                        columns,
+                    } => {
+                        strip.sum::<FUSED>(count, |k| {
+                            let mut numbers = [T::ZERO; STRIP];
+                            numbers[..columns].copy_from_slice(&data[k * stride..][..columns]);
+                            numbers
+                        });
                     }
                 }
+            }
+        }
+    }
+}
+
+/// A strip of the result and the panels that it is summed from.
+struct PanelStrip<'a, T, const L: usize, const V: usize> {
+    panels: &'a [Lanes<T, L, V>],
+    /// Row of the result that the first panel starts at.
+    first_row: usize,
+    /// Columns of a panel.
+    depth: usize,
+    /// The first of them that counts.
+    start: usize,
+    /// Rows of the result.
+    rows: usize,
+    out: &'a mut [T],
+}
+
+impl<T: Real, const L: usize, const V: usize> PanelStrip<'_, T, L, V> {
+    /// Adds `count` terms; `right` gives the right operand's numbers of one.
+    #[inline(always)]
+    fn sum<const FUSED: bool>(self, count: usize, right: impl Fn(usize) -> [T; STRIP]) {
+        for (panel, left) in self.panels.chunks_exact(self.depth).enumerate() {
+            let left = &left[self.start..][..count];
+            let first = self.first_row + panel * L * V;
+            // The last panel may need one register only.
+            if first + L < self.rows {
+                let sums = tile::<T, L, V, V, FUSED>(left, &right);
+                write(&sums, first, self.start, self.rows, self.out);
+            } else {
+                let sums = tile::<T, L, V, 1, FUSED>(left, &right);
+                write(&sums, first, self.start, self.rows, self.out);
             }
         }
     }
@@ -195,11 +250,12 @@ fn write<T: Real, const L: usize, const U: usize>(
 #[inline(always)]
 fn tile<T: Real, const L: usize, const V: usize, const U: usize, const FUSED: bool>(
     left: &[Lanes<T, L, V>],
-    right: &[[T; STRIP]],
+    right: &impl Fn(usize) -> [T; STRIP],
 ) -> [Lanes<T, L, U>; STRIP] {
     let zero = [[T::ZERO; L]; U];
     let [mut a, mut b, mut c, mut d, mut e, mut f, mut g, mut h] = [zero; STRIP];
-    for (left, right) in left.iter().zip(right) {
+    for (k, left) in left.iter().enumerate() {
+        let right = right(k);
         let left = left.first_chunk().expect("U is not above V");
         lanes_multiply_add::<T, L, U, FUSED>(right[0], left, &mut a);
         lanes_multiply_add::<T, L, U, FUSED>(right[1], left, &mut b);

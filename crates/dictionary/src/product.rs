@@ -6,17 +6,12 @@
 use rayon::prelude::*;
 
 use crate::matrix_view::{View, chunk_width, subtract_product};
-use crate::packed::{Packed, gram_lower};
+use crate::packed::Packed;
 use crate::real::Real;
 
-/// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
+/// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows.
 pub(crate) fn gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
-    let width = chunk_width(factor.len() / rank.max(1));
-    let parts: Vec<Vec<T>> = factor
-        .par_chunks(width * rank)
-        .map(|chunk| gram_lower(chunk, rank))
-        .collect();
-    sum_lower(parts, rank)
+    Packed::new(factor, rank).gram(factor)
 }
 
 /// Sums lower triangles in order and mirrors the result.
@@ -26,12 +21,17 @@ pub(crate) fn sum_lower<T: Real>(parts: Vec<Vec<T>>, rank: usize) -> Vec<T> {
     for part in parts {
         add(&mut total, &part);
     }
+    mirror_lower(&mut total, rank);
+    total
+}
+
+/// Copies the lower triangle of a square matrix into the upper one.
+pub(crate) fn mirror_lower<T: Real>(matrix: &mut [T], rank: usize) {
     for column in 0..rank {
         for row in column + 1..rank {
-            total[row * rank + column] = total[column * rank + row];
+            matrix[row * rank + column] = matrix[column * rank + row];
         }
     }
-    total
 }
 
 /// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.
@@ -102,6 +102,18 @@ pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> f64 {
         .map(|(a, b)| a.to_f64() * b.to_f64())
         .sum();
     sums.iter().sum::<f64>() + rest
+}
+
+/// Sum of all numbers, as [`dot`] adds.
+pub(crate) fn sum<T: Real>(a: &[T]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (lanes, rest) = a.as_chunks::<LANES>();
+    for numbers in lanes {
+        for lane in 0..LANES {
+            sums[lane] += numbers[lane].to_f64();
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|v| v.to_f64()).sum::<f64>()
 }
 
 /// Sum of squares, in double precision whatever the numbers.

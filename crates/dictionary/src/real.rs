@@ -1,5 +1,6 @@
 //! The two kinds of floating-point numbers that learning runs in.
 
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -63,6 +64,9 @@ pub(crate) trait Real:
     /// The nearest number of this kind.
     fn of(number: f64) -> Self;
 
+    /// Numbers of this kind, as they are or the nearest ones.
+    fn all_of(numbers: &[f64]) -> Cow<'_, [Self]>;
+
     /// The same number in double precision.
     fn to_f64(self) -> f64;
 
@@ -106,7 +110,7 @@ pub(crate) trait Real:
 }
 
 macro_rules! real {
-    ($number:ident, $stored:ident, $gemm:ident, $direct_residual_below:literal) => {
+    ($number:ident, $stored:ident, $gemm:ident, $direct_residual_below:literal, $all_of:expr) => {
         impl Real for $number {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -115,6 +119,10 @@ macro_rules! real {
             #[inline(always)]
             fn of(number: f64) -> Self {
                 number as $number
+            }
+
+            fn all_of(numbers: &[f64]) -> Cow<'_, [Self]> {
+                $all_of(numbers)
             }
 
             #[inline(always)]
@@ -171,5 +179,7 @@ macro_rules! real {
     };
 }
 
-real!(f64, F64, dgemm, 1e-6);
-real!(f32, F32, sgemm, 3e-2);
+real!(f64, F64, dgemm, 1e-6, Cow::Borrowed);
+real!(f32, F32, sgemm, 3e-2, |numbers: &[f64]| {
+    numbers.iter().map(|v| *v as f32).collect()
+});

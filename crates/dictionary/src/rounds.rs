@@ -220,7 +220,7 @@ impl NmfProblem {
     }
 
     /// The primitives of a state as a half step over activations needs them.
-    pub(crate) fn basis<T: Real>(&self, state: &NmfState) -> Basis<T> {
+    pub(crate) fn basis<'a, T: Real>(&self, state: &'a NmfState) -> Basis<'a, T> {
         let penalty = (self.settings.activation_penalty).scaled(self.layout.rows() as f64);
         Basis::new(&state.primitives, self.settings.rank, penalty)
     }
@@ -251,7 +251,7 @@ impl NmfProblem {
     pub(crate) fn fit<T: Real>(
         &self,
         state: &NmfState,
-        basis: &Basis<T>,
+        basis: &Basis<'_, T>,
         first: usize,
         block: &mut Block<T>,
     ) -> Sums {
@@ -293,10 +293,7 @@ impl NmfProblem {
         let activations = (settings.activation_penalty)
             .scaled(self.layout.rows() as f64)
             .of(sums.activation_sum_m, sums.activation_squares_m2);
-        let primitives = self.primitive_penalty().of(
-            state.primitives.iter().sum(),
-            squared_norm(&state.primitives),
-        );
+        let primitives = self.primitive_penalty().of_all(&state.primitives);
         let error = 0.5 * sums.squared_residual_m2;
         let objective = error + activations + primitives;
         let previous = state.objective_history_m2.last().copied();

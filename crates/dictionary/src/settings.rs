@@ -1,5 +1,6 @@
 //! Settings of learning.
 
+use crate::product::{squared_norm, sum};
 use serde::{Deserialize, Serialize};
 
 /// Update rule of the factors.
@@ -54,6 +55,14 @@ impl Penalty {
     /// Cost of a factor by the sum of its numbers and that of their squares.
     pub(crate) fn of(self, sum: f64, squares: f64) -> f64 {
         self.l1 * sum + 0.5 * self.l2 * squares
+    }
+
+    /// Cost of these numbers.
+    pub(crate) fn of_all(self, numbers: &[f64]) -> f64 {
+        match self.is_none() {
+            true => 0.0,
+            false => self.of(sum(numbers), squared_norm(numbers)),
+        }
     }
 }
 

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use inhand_model::{Annotations, Event};
+use inhand_model::{Annotations, Event, unguarded};
 
 use crate::error::{CsvFile, ExportError, shown};
 use crate::table::{Table, table_of, write_csv};
@@ -113,7 +113,7 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
     let labels: Vec<usize> = (0..headings.len())
         .filter(|&column| column != columns.start && Some(column) != columns.end)
         .collect();
-    let keys = (labels.iter()).map(|&column| headings[column].trim().to_owned());
+    let keys = (labels.iter()).map(|&column| unguarded(headings[column].trim()).to_owned());
     let mut annotations = Annotations {
         keys: keys.collect(),
         ..Annotations::default()
@@ -131,7 +131,7 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
                 let value = row.get(column)?;
                 let absent =
                     value.trim().is_empty() || columns.kind == TimeKind::Onset && value == "n/a";
-                (!absent).then(|| (key.clone(), value.to_owned()))
+                (!absent).then(|| (key.clone(), unguarded(value).to_owned()))
             });
         let labels: BTreeMap<String, String> = pairs.collect();
         annotations.events.push(Event {

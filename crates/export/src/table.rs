@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::sync::Arc;
 
+use inhand_model::guarded;
+
 use crate::error::ExportError;
 
 /// A column of a table.
@@ -125,14 +127,15 @@ pub(crate) fn table_of<'a, R: Clone + Send + Sync + 'a>(
     TableBuilder::new(rows.len(), move |row| rows[row].clone())
 }
 
-/// Writes a table as CSV: a heading, then a line for each row, LF, quotes where they are needed.
+/// Writes a table as CSV: a heading, then a line for each row, LF, quotes where they are needed, words and names
+/// [`guarded`].
 ///
 /// # Errors
 ///
 /// [`ExportError::Write`].
 pub fn write_csv(table: &Table<'_>, out: &mut dyn Write) -> Result<(), ExportError> {
     let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(table.columns.iter().map(|column| &column.name))?;
+    writer.write_record((table.columns.iter()).map(|column| guarded(&column.name).into_owned()))?;
     write_rows(table, writer, |_| ())
 }
 
@@ -158,7 +161,7 @@ pub(crate) fn write_tsv(
     };
     if heading {
         let names = table.columns.iter().map(|column| {
-            let mut name = column.name.clone().into_bytes();
+            let mut name = guarded(&column.name).into_owned().into_bytes();
             fit(&mut name);
             name
         });
@@ -185,7 +188,7 @@ fn write_rows(
                     }
                 }
                 Values::Counts(count) => write!(cell, "{}", count(row))?,
-                Values::Words(word) => cell.extend_from_slice(word(row).as_bytes()),
+                Values::Words(word) => cell.extend_from_slice(guarded(&word(row)).as_bytes()),
             }
             fit(&mut cell);
             writer.write_field(&cell)?;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use inhand_model::{
     BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, PointTrack, Pose, PoseTrack,
     Position, Recording, RotationOrder, Setting, Source, StartTime, Status, TrackedBody, UpAxis,
+    unguarded,
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -52,9 +53,11 @@ pub fn read_wide_csv(
     let facts = (facts.map(|facts| Facts::parse(facts, &facts_file))).transpose()?;
     let csv = CsvFile::new(file, bytes);
     let mut reader = csv::Reader::from_reader(csv.bytes);
-    let headings = (reader.headers())
+    let headings: csv::StringRecord = (reader.headers())
         .map_err(|error| csv.csv_error(&error))?
-        .clone();
+        .iter()
+        .map(|heading| unguarded(heading.trim()))
+        .collect();
     let mut columns = columns(file, &headings)?;
     let mut times_s = Vec::new();
     let mut row = csv::StringRecord::new();
@@ -152,12 +155,12 @@ struct EntityColumns {
 fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns>, ExportError> {
     let find = |name: &str, suffix: &str| {
         headings.iter().position(|heading| {
-            (heading.trim().rsplit_once('.')).is_some_and(|(n, s)| n == name && s == suffix)
+            (heading.rsplit_once('.')).is_some_and(|(n, s)| n == name && s == suffix)
         })
     };
     let mut entities: Vec<EntityColumns> = Vec::new();
     for heading in headings {
-        let Some((name, "x_m")) = heading.trim().rsplit_once('.') else {
+        let Some((name, "x_m")) = heading.rsplit_once('.') else {
             continue;
         };
         let need = |suffix| {

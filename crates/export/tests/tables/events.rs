@@ -155,3 +155,25 @@ proptest! {
         prop_assert_eq!(written(&back), csv);
     }
 }
+
+#[test]
+fn labels_that_begin_a_formula_are_no_formula_in_a_spreadsheet_and_come_back() {
+    let labels = [("+cmd", "=1+1"), ("angle", "-30"), ("note", "'=x")];
+    let event = Event {
+        start_unix_nanos: START,
+        end_unix_nanos: START,
+        labels: labels
+            .map(|(key, value)| (key.to_owned(), value.to_owned()))
+            .into(),
+    };
+    let annotations = Annotations {
+        events: vec![event],
+        ..Annotations::default()
+    };
+    let csv = written(&annotations);
+    assert_eq!(csv, "start_s,end_s,'+cmd,angle,note\n0,0,'=1+1,-30,''=x\n");
+    assert_eq!(
+        read(csv.as_bytes(), "a.csv", START).unwrap().events,
+        annotations.events
+    );
+}

@@ -69,6 +69,21 @@ fn assert_same(found: &Recording, expected: &Recording) {
 }
 
 #[test]
+fn a_name_that_begins_a_formula_is_none_in_a_spreadsheet_and_comes_back() {
+    let mut take = recording(3, 100.0);
+    take.markers[0].name = "=1+1".to_owned();
+    let csv = wide_csv(&take);
+    assert!(
+        csv.starts_with(b"time_s,'=1+1.x_m,"),
+        "{}",
+        String::from_utf8_lossy(&csv)
+    );
+    let facts = facts_json(&take);
+    let back = read_wide_csv(&csv, "a.csv", Some(facts.as_bytes()), None).unwrap();
+    assert_same(&back, &take);
+}
+
+#[test]
 fn a_recording_comes_back_bit_for_bit() {
     // 120 Hz: sample times have no short decimals.
     for (samples, rate_hz) in [(1000, 120.0), (1, 100.0), (0, 100.0)] {

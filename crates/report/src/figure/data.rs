@@ -1,6 +1,6 @@
 //! The numbers behind a figure.
 
-use inhand_model::Statistics;
+use inhand_model::{Statistics, guarded};
 
 use crate::table::{Statistic, statistic};
 use crate::words::to_mm;
@@ -49,7 +49,7 @@ impl FigureColumn {
             FigureValues::Counts(values) => values
                 .get(row)
                 .map_or_else(String::new, ToString::to_string),
-            FigureValues::Words(values) => quoted(values.get(row).map_or("", String::as_str)),
+            FigureValues::Words(values) => quoted(values.get(row)),
         }
     }
 }
@@ -72,7 +72,7 @@ impl FigureData {
     }
 
     /// The table as CSV (RFC 4180, lines end in a newline): a line of names, then a line a row. Numbers in the fewest digits
-    /// that give the same number back; a number that is not known is an empty cell.
+    /// that give the same number back; a number that is not known is an empty cell. Words are [`guarded`].
     pub fn csv(&self) -> String {
         let line = |cells: Vec<String>| cells.join(",") + "\n";
         let mut text = line(self.columns.iter().map(|c| c.name.clone()).collect());
@@ -167,11 +167,11 @@ pub(crate) const STATISTICS: [Statistic; 11] = [
 ];
 
 /// A cell with words, in quotes where its letters could be taken for structure.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
+fn quoted(word: Option<&String>) -> String {
+    let text = guarded(word.map_or("", |word| word));
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.into_owned(),
     }
 }
 
@@ -185,6 +185,7 @@ mod tests {
             ("a,b", 0.1, 3),
             ("say \"hi\"", f64::NAN, 0),
             ("plain", 1.5e-7, 12_000),
+            ("=1+1", -1.0, 0),
         ];
         let data = FigureData::about(&rows)
             .words("take", |row| row.0)
@@ -193,7 +194,7 @@ mod tests {
             .done();
         assert_eq!(
             data.csv(),
-            "take,error_mm,n\n\"a,b\",0.1,3\n\"say \"\"hi\"\"\",,0\nplain,0.00000015,12000\n"
+            "take,error_mm,n\n\"a,b\",0.1,3\n\"say \"\"hi\"\"\",,0\nplain,0.00000015,12000\n'=1+1,-1,0\n"
         );
         assert_eq!(FigureData::default().csv(), "\n");
         assert!(data.column("n").is_some() && data.column("m").is_none());

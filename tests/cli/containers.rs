@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::bags::as_mocap4r2;
 use crate::support::{Bench, stderr};
 
 /// A session whose first training take is `take.mcap`, 12 s at 100 Hz.
@@ -130,6 +131,12 @@ fn what_cannot_be_cut_is_refused_and_nothing_is_written() {
     refused(&bench, &backwards, 2, "after");
     let after = ["cut", "take.mcap", "--from", "500", "-o", "out.mcap"];
     refused(&bench, &after, 1, "none of them");
+    bench.write(
+        "bag.mcap",
+        as_mocap4r2(&take(&bench, "take.mcap").recording),
+    );
+    let after = ["cut", "bag.mcap", "--from", "500", "-o", "out.mcap"];
+    refused(&bench, &after, 2, "no message is in that range");
     refused(
         &bench,
         &["cut", "session/inhand.toml", "-o", "out.mcap"],

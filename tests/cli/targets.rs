@@ -325,7 +325,7 @@ fn files_of_living_processes_stay() {
 }
 
 /// Calls that write several files, into `killed/NAME`, by that name.
-const LONG: [(&str, &str); 6] = [
+const LONG: [(&str, &str); 8] = [
     (
         "r",
         "run session --methods line --stride 10 --rank 4 --max-iterations 2",
@@ -341,9 +341,13 @@ const LONG: [(&str, &str); 6] = [
         "learn TAKE --stride 10 --rank 4 --max-iterations 2 --work killed/w/work",
     ),
     ("m", "report merge out -o killed/m/s.csv"),
+    ("s", "simulate --takes 2 --duration 3"),
+    (DEMO, "demo"),
 ];
+/// Too long for the tests of every day.
+const DEMO: &str = "d";
 
-/// Kill points over long calls; `INHAND_KILLS=1000` for the long run.
+/// Kill points over long calls; `INHAND_KILLS=1000` for the long run, which has the demo too.
 #[test]
 fn a_killed_process_leaves_nothing_torn_and_the_next_one_clears_up() {
     let points =
@@ -355,6 +359,9 @@ fn a_killed_process_leaves_nothing_torn_and_the_next_one_clears_up() {
     ]);
     let each = usize::div_ceil(points, LONG.len());
     for (name, call) in LONG {
+        if name == DEMO && each < 10 {
+            continue;
+        }
         let folder = format!("killed/{name}");
         let output = match name {
             "w" => "killed/w/d.mcap",

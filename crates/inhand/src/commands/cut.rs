@@ -76,13 +76,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         _ => cuts.iter().map(as_json).collect(),
     };
     print(args.format, || cuts.iter().map(text).collect(), json)?;
-    for ((output, _), cut) in outputs.iter().zip(&cuts) {
-        if cut.selected.written.messages == 0 {
-            console.say(
-                "warning  no message is in that range; a time is given in seconds since the start, as UTC or \
-                 in nanoseconds since 1970, and `inhand info` prints start and end",
-            );
-        }
+    for (output, _) in &outputs {
         console.wrote(output);
     }
     Ok(Exit::Done)

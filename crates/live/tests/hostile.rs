@@ -61,10 +61,10 @@ fn hostile(address: SocketAddr, kind: usize) -> Option<TcpStream> {
         .then_some(socket)
 }
 
-/// 24 MB in 1.2 s of recording.
+/// 12 MB in 2.4 s of recording.
 fn recording() -> Vec<files::Message> {
-    let data = |n: u64| vec![n as u8; 200_000];
-    let times = (0..120).map(|n| (n, START + n * 10 * MS));
+    let data = |n: u64| vec![n as u8; 40_000];
+    let times = (0..300).map(|n| (n, START + n * 8 * MS));
     times
         .map(|(n, time)| ("/b".to_owned(), time, data(n)))
         .collect()

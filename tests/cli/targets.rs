@@ -13,7 +13,7 @@ use crate::support::{Bench, SMALL, stderr};
 const TAKE: &str = "session/train/cube_train_01.csv";
 
 /// Verbs that write one file: the call, the ending of its output, and files that it reads.
-const VERBS: [(&str, &str, &[&str]); 24] = [
+const VERBS: [(&str, &str, &[&str]); 25] = [
     ("convert TAKE", "mcap", &[TAKE, SETTINGS]),
     ("convert TAKE", "csv", &[TAKE]),
     ("convert TAKE --ros2", "mcap", &[TAKE]),
@@ -69,6 +69,7 @@ const VERBS: [(&str, &str, &[&str]); 24] = [
         "mcap",
         &[TEST, "test2.mcap"],
     ),
+    ("recover TEST", "mcap", &[TEST]),
     ("layout TEST", "json", &[TEST]),
 ];
 const SETTINGS: &str = "session/inhand.toml";
@@ -324,7 +325,7 @@ fn files_of_living_processes_stay() {
     assert_eq!(bench.files("tmp"), [""; 0]);
 }
 
-/// Calls that write several files, into `killed/NAME`, by that name.
+/// Calls that write several files or write for long, into `killed/NAME`, by that name.
 const LONG: [(&str, &str); 8] = [
     (
         "r",
@@ -347,27 +348,34 @@ const LONG: [(&str, &str); 8] = [
 /// Too long for the tests of every day.
 const DEMO: &str = "d";
 
-/// Kill points over long calls; `INHAND_KILLS=1000` for the long run, which has the demo too.
+/// Kill points over all writing calls; `INHAND_KILLS=1000` for the long run, which has the demo too.
 #[test]
 fn a_killed_process_leaves_nothing_torn_and_the_next_one_clears_up() {
-    let points =
-        std::env::var("INHAND_KILLS").map_or(6, |number| number.parse().expect("a number"));
+    let points: usize =
+        std::env::var("INHAND_KILLS").map_or(1, |number| number.parse().expect("a number"));
     let bench = bench();
     bench.ok(&[
         "annotate", "add", TEST, "--at", "1..2", "--at", "3..4", "--label", "slip", "-o",
         "ann.mcap",
     ]);
-    let each = usize::div_ceil(points, LONG.len());
-    for (name, call) in LONG {
-        if name == DEMO && each < 10 {
-            continue;
-        }
+    let long = LONG
+        .iter()
+        .filter(|(name, _)| *name != DEMO || points > LONG.len())
+        .map(|&(name, call)| {
+            let output = match name {
+                "w" => "/d.mcap",
+                "m" => "/s.html",
+                _ => "",
+            };
+            (name.to_owned(), call, format!("killed/{name}{output}"))
+        });
+    let short = (0..)
+        .zip(VERBS)
+        .map(|(n, (call, ending, _))| (format!("v{n}"), call, format!("killed/v{n}/out.{ending}")));
+    let calls: Vec<_> = long.chain(short).collect();
+    let each = points.div_ceil(calls.len());
+    for (name, call, output) in calls {
         let folder = format!("killed/{name}");
-        let output = match name {
-            "w" => "killed/w/d.mcap",
-            "m" => "killed/m/s.html",
-            _ => &folder,
-        };
         let call = words(&format!("{call} -o {output} --force"));
         let call: Vec<&str> = call.iter().map(String::as_str).collect();
         let clear = || drop(fs::remove_dir_all(bench.path(&folder)));

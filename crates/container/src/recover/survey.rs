@@ -1,6 +1,7 @@
 //! First pass: the definitions that a damaged file holds anywhere.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 
 use mcap::records::op;
 
@@ -31,10 +32,64 @@ const MARGIN: u64 = 3_600_000_000_000;
 type Key = (usize, u8, u16);
 
 struct Definition {
-    body: Vec<u8>,
+    body: Arc<[u8]>,
     trust: Trust,
     /// How often it was found.
     times: usize,
+}
+
+impl Definition {
+    /// What decides between contradicting ones: trust, and without a checksum how often it was found.
+    fn rank(&self) -> (Trust, usize) {
+        match self.trust {
+            Trust::Checked => (Trust::Checked, 0),
+            trust => (trust, self.times),
+        }
+    }
+}
+
+/// The definitions of an id, each once, in the order of the file.
+#[derive(Default)]
+struct Definitions {
+    all: Vec<Definition>,
+    places: HashMap<Arc<[u8]>, usize>,
+    /// The highest rank, and how many have it.
+    best: Option<((Trust, usize), usize)>,
+}
+
+impl Definitions {
+    /// Notes that a definition was found; its rank never falls.
+    fn add(&mut self, trust: Trust, body: &[u8]) {
+        let place = self.places.get(body).copied().unwrap_or_else(|| {
+            let body: Arc<[u8]> = body.into();
+            self.places.insert(Arc::clone(&body), self.all.len());
+            self.all.push(Definition {
+                body,
+                trust,
+                times: 0,
+            });
+            self.all.len() - 1
+        });
+        let definition = &mut self.all[place];
+        definition.trust = trust.max(definition.trust);
+        definition.times += 1;
+        let rank = definition.rank();
+        self.best = match self.best {
+            Some((best, _)) if best > rank => self.best,
+            Some((best, number)) if best == rank => Some((best, number + 1)),
+            _ => Some((rank, 1)),
+        };
+    }
+
+    fn is_best(&self, definition: &Definition) -> bool {
+        self.best.is_some_and(|(best, _)| best == definition.rank())
+    }
+
+    /// Those that count.
+    fn best(&self) -> impl Iterator<Item = (Trust, &[u8])> {
+        let best = self.all.iter().filter(|one| self.is_best(one));
+        best.map(|one| (one.trust, &one.body[..]))
+    }
 }
 
 /// What the first pass learns.
@@ -42,8 +97,7 @@ struct Definition {
 pub(super) struct Survey {
     /// Number of the file at hand, of several that were joined.
     file: usize,
-    /// In the order of the file, where they differ from the one before.
-    definitions: BTreeMap<Key, Vec<Definition>>,
+    definitions: BTreeMap<Key, Definitions>,
     /// Opcodes and bodies of those met since the data of the file at hand ended.
     in_summary: Vec<(u8, Vec<u8>)>,
     channels: BTreeSet<u16>,
@@ -78,48 +132,35 @@ impl Survey {
         self.records == 0
     }
 
-    /// The bodies that count of a schema or channel: the most trustworthy ones, and of those without a
-    /// checksum the most frequent.
-    fn best(&self, key: Key) -> impl Iterator<Item = (Trust, &[u8])> {
-        let all = self.definitions.get(&key).map_or(&[][..], Vec::as_slice);
-        let rank = |definition: &Definition| match definition.trust {
-            Trust::Checked => (Trust::Checked, 0),
-            trust => (trust, definition.times),
-        };
-        let best = all.iter().map(rank).max();
-        let best = all
-            .iter()
-            .filter(move |definition| Some(rank(definition)) == best);
-        best.map(|definition| (definition.trust, &definition.body[..]))
-    }
-
     /// Whether definitions of an id contradict each other and no checksum says which is right.
     pub(super) fn is_disputed(&self, file: usize, opcode: u8, id: u16) -> bool {
-        let mut best = self.best((file, opcode, id));
-        let first = best.next();
-        first.is_some_and(|first| first.0 < Trust::Checked && best.any(|other| other.1 != first.1))
+        let all = self.definitions.get(&(file, opcode, id));
+        let best = all.and_then(|all| all.best);
+        best.is_some_and(|((trust, _), number)| trust < Trust::Checked && number > 1)
     }
 
     /// Whether a definition counts, or a more trustworthy one says otherwise.
     pub(super) fn counts(&self, file: usize, opcode: u8, body: &[u8]) -> bool {
         let key = id_of(body).map(|id| (file, opcode, id));
-        key.is_some_and(|key| self.best(key).any(|(_, best)| best == body))
+        let all = key.and_then(|key| self.definitions.get(&key));
+        all.is_some_and(|all| {
+            let place = all.places.get(body);
+            place.is_some_and(|&place| all.is_best(&all.all[place]))
+        })
     }
 
-    /// The first definition of an id, in any of joined files where its own has none.
+    /// The first definition of an id that counts, in any of joined files where its own has none.
     pub(super) fn first(&self, file: usize, opcode: u8, id: u16) -> Option<(Trust, &[u8])> {
-        self.best((file, opcode, id)).next().or_else(|| {
-            let keys = self.definitions.keys();
-            let other = keys.filter(|key| (key.1, key.2) == (opcode, id));
-            other.flat_map(|key| self.best(*key)).next()
-        })
+        let files = std::iter::once(file).chain(0..=self.file);
+        let all = files.filter_map(|file| self.definitions.get(&(file, opcode, id)));
+        all.flat_map(Definitions::best).next()
     }
 
     /// All definitions that count, schemas first, each with its file.
     pub(super) fn all(&self) -> impl Iterator<Item = (usize, u8, Trust, &[u8])> {
-        (self.definitions.keys()).flat_map(|&key| {
-            let best = self.best(key);
-            best.map(move |(trust, body)| (key.0, key.1, trust, body))
+        (self.definitions.iter()).flat_map(|(&(file, opcode, _), all)| {
+            let best = all.best();
+            best.map(move |(trust, body)| (file, opcode, trust, body))
         })
     }
 
@@ -129,25 +170,7 @@ impl Survey {
         if opcode == op::CHANNEL {
             self.channels.insert(key.2);
         }
-        let all = self.definitions.entry(key).or_default();
-        if all.last().is_none_or(|last| last.body != body) {
-            // The same one as before another is found as often.
-            let times = all
-                .iter()
-                .filter(|one| one.body == body)
-                .map(|one| one.times);
-            all.push(Definition {
-                times: times.max().unwrap_or(0),
-                body: body.to_vec(),
-                trust,
-            });
-        }
-        for one in all.iter_mut().filter(|one| one.body == body) {
-            one.times += 1;
-        }
-        if let Some(last) = all.last_mut() {
-            last.trust = trust.max(last.trust);
-        }
+        self.definitions.entry(key).or_default().add(trust, body);
         Some(())
     }
 

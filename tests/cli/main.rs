@@ -17,6 +17,8 @@ mod json;
 mod layout;
 mod learn_rank;
 mod learn_runs;
+#[cfg(target_os = "linux")]
+mod long_takes;
 mod look;
 mod motion;
 mod one_recording;

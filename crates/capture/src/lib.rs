@@ -59,7 +59,7 @@ pub mod trc;
 mod trial;
 
 pub use error::CaptureError;
-pub use read::{Blocks, has_even_rows, read};
+pub use read::{Blocks, has_even_rows, read, read_rows};
 pub use settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 pub use table::Extent;
 

@@ -33,10 +33,25 @@ pub fn read(
         Reader::Rows(_) => {
             let mut extent = Extent::default();
             extent.add(bytes);
-            Blocks::start(bytes, extent, file_name, settings, true)?.read_whole()
+            read_rows(bytes, extent, file_name, settings)
         }
         Reader::Whole(read) => read(content, file_name, settings),
     }
+}
+
+/// As [`read()`] for a file with even rows ([`has_even_rows`]) of any size, of which memory holds the
+/// samples alone. `extent` is that of the whole file.
+///
+/// # Errors
+///
+/// As for [`read()`].
+pub fn read_rows(
+    input: impl Read,
+    extent: Extent,
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Recording, CaptureError> {
+    Blocks::start(input, extent, file_name, settings, true)?.read_whole()
 }
 
 /// Whether a file that starts like this has its take in rows of one kind, so that [`Blocks`] reads

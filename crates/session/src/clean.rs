@@ -37,16 +37,14 @@ pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, Session
 
 /// The take with its cleaned recording in use. A motion that was stored belongs to another recording
 /// and is left out.
-pub(crate) fn cleaned(take: &Take, steps: &CleanSettings) -> Result<Take, SessionError> {
-    let Cleaned { recording, changes } = clean_take(take, steps)?;
+pub(crate) fn cleaned(take: Take, steps: &CleanSettings) -> Result<Take, SessionError> {
+    let Cleaned { recording, changes } = clean_take(&take, steps)?;
+    let measured = (take.cleaning).map_or(take.recording, |earlier| earlier.measured);
     Ok(Take {
         recording,
-        cleaning: Some(Cleaning {
-            measured: take.measured().clone(),
-            changes,
-        }),
+        cleaning: Some(Cleaning { measured, changes }),
         stored_motion: None,
-        ..take.clone()
+        ..take
     })
 }
 

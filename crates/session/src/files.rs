@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use inhand_capture::{Extent, has_even_rows};
 use inhand_channels::Metadata;
 use inhand_container::{Selected, Selection, Source};
 use inhand_model::InputHash;
@@ -12,6 +13,9 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
+
+/// Bytes read at a time where nothing is parsed.
+const READ_BYTES: usize = 1 << 20;
 
 /// The metadata record that makes a file a take.
 pub(crate) const RECORDING: &str = "inhand.recording";
@@ -161,6 +165,29 @@ pub(crate) fn select(
         }
     })?;
     Ok(selected)
+}
+
+/// A file on disk with its take in rows of one kind, which is hashed as it is read, and its length; `None` for any
+/// other.
+pub(crate) fn open_rows(path: &Path) -> Result<Option<(Hashed, Extent)>, SessionError> {
+    let io = |error| SessionError::io("read", path)(error);
+    if path.exists() && !path.is_file() {
+        return Ok(None);
+    }
+    let mut file = BufReader::with_capacity(READ_BYTES, File::open(path).map_err(io)?);
+    if !has_even_rows(file.fill_buf().map_err(io)?) {
+        return Ok(None);
+    }
+    let mut extent = Extent::default();
+    loop {
+        let bytes = file.fill_buf().map_err(io)?;
+        let read = bytes.len();
+        if read == 0 {
+            return Ok(Some((Hashed::open(path).map_err(io)?, extent)));
+        }
+        extent.add(bytes);
+        file.consume(read);
+    }
 }
 
 /// A file that is hashed as it is read.

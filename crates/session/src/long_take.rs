@@ -1,34 +1,25 @@
 //! Vendor files of any length to MCAP: read and written block by block.
 //!
 //! The start of a recording's file says what holds for all of it: how many samples there are, what
-//! was odd, where its source's bytes are. So a file is read three times: for its hash and length,
-//! for what it holds, and to be written. What memory holds is a few blocks of some thousand samples.
+//! was odd, where its source's bytes are. So a file is read three times: for its length, for its hash
+//! and what it holds, and to be written. What memory holds is a few blocks of some thousand samples.
 
-use std::fs::File;
-use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 
 use inhand_capture::roles::resolve;
-use inhand_capture::{Blocks, Extent, ReadSettings, has_even_rows};
+use inhand_capture::{Blocks, Extent, ReadSettings};
 use inhand_channels::{Outline, TakeFile, TakeWriter, Views};
 use inhand_inspection::Coverage;
 use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
-use sha2::{Digest, Sha256};
 
 use crate::error::{Located, SessionError};
-use crate::files::{Hashed, hex};
+use crate::files::{Hashed, name_of, open_rows};
 use crate::output::write_atomic;
 use crate::run::provenance;
 use crate::settings::Settings;
 use crate::take::{Take, read};
 use crate::take_file::write_parts;
-
-/// Bytes read at a time where nothing is parsed.
-const READ_BYTES: usize = 1 << 20;
-
-/// Enough of a file to tell what it is.
-const BEGINNING_BYTES: u64 = 64;
 
 /// Blocks that are read ahead of the one that is being written.
 const BLOCKS_AHEAD: usize = 2;
@@ -141,32 +132,12 @@ impl LongTake {
     ///
     /// As for [`read`](crate::read).
     pub fn open(path: &Path, settings: &Settings) -> Result<Option<Self>, SessionError> {
-        let io = |error| SessionError::io("read", path)(error);
-        let mut file = File::open(path).map_err(io)?;
-        if !file.metadata().map_err(io)?.is_file() {
+        let Some((mut file, extent)) = open_rows(path)? else {
             return Ok(None);
-        }
-        let mut beginning = Vec::new();
-        (file
-            .by_ref()
-            .take(BEGINNING_BYTES)
-            .read_to_end(&mut beginning))
-        .map_err(io)?;
-        if !has_even_rows(&beginning) {
-            return Ok(None);
-        }
-        file.rewind().map_err(io)?;
-        let (extent, sha256) = measure(&mut file).map_err(io)?;
-        file.rewind().map_err(io)?;
-
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let hash = InputHash {
-            name: name.into_owned(),
-            sha256,
         };
+        let name = name_of(path);
         let read_settings = settings.read_settings()?;
-        let mut blocks =
-            Blocks::open(&mut file, extent, &hash.name, &read_settings).in_file(path)?;
+        let mut blocks = Blocks::open(&mut file, extent, &name, &read_settings).in_file(path)?;
         let (mut outline, mut coverage) = (Outline::default(), Coverage::default());
         while let Some(block) = blocks.next_block().in_file(path)? {
             outline.add(&block);
@@ -181,7 +152,10 @@ impl LongTake {
             header,
             coverage,
             roles: roles.map_err(|error| error.to_string()),
-            hash,
+            hash: InputHash {
+                name,
+                sha256: file.sha256(),
+            },
             extent,
             settings: read_settings,
         }))
@@ -243,23 +217,6 @@ impl LongTake {
                 &self.path,
                 "the file changed while it was read: convert it again when it is complete",
             ))
-        }
-    }
-}
-
-/// Length and hash of a file.
-fn measure(file: &mut File) -> io::Result<(Extent, String)> {
-    let (mut extent, mut hash) = (Extent::default(), Sha256::new());
-    let mut buffer = vec![0; READ_BYTES];
-    loop {
-        match file.read(&mut buffer) {
-            Ok(0) => return Ok((extent, hex(&hash.finalize()))),
-            Ok(read) => {
-                extent.add(&buffer[..read]);
-                hash.update(&buffer[..read]);
-            }
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
         }
     }
 }

@@ -12,7 +12,7 @@ use inhand_model::{
 };
 
 use crate::error::{Located, SessionError};
-use crate::files::{facts_path, hex_sha256_of, name_of, take_files, take_name, unpack};
+use crate::files::{facts_path, hash_file, hex_sha256_of, name_of, take_files, take_name, unpack};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
 
@@ -55,31 +55,17 @@ pub struct Cleaning {
 ///
 /// [`SessionError`] with file, line or topic.
 pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
-    let stored = Stored::read(path)?;
     let role_settings = settings.role_settings()?;
     let stored_name = name_of(path);
     let file_name = inhand_import::unpacked_name(&stored_name);
-    // Hashing takes as long as parsing: do both at once.
-    let (sha256, parsed) = inhand_parallel::both(
-        || stored.sha256(),
-        || -> Result<_, SessionError> {
-            let bytes = stored.take(path)?;
-            let facts = stored.facts.as_deref();
-            if inhand_channels::is_mcap(&bytes) {
-                let settings = settings.import_settings()?;
-                inhand_import::read_take(&bytes, file_name, &settings).in_file(path)
-            } else if inhand_export::looks_like_wide_csv(&bytes) {
-                let up_axis = settings.read_settings()?.up_axis;
-                let recording = inhand_export::read_wide_csv(&bytes, file_name, facts, up_axis)
-                    .in_file(path)?;
-                Ok(vendor_take(recording))
-            } else {
-                let recording = inhand_capture::read(&bytes, file_name, &settings.read_settings()?)
-                    .in_file(path)?;
-                Ok(vendor_take(recording))
-            }
-        },
-    );
+    let (sha256, parsed) = match open_rows(path)? {
+        Some((mut file, extent)) => {
+            let settings = settings.read_settings()?;
+            let recording = inhand_capture::read_rows(&mut file, extent, file_name, &settings);
+            (file.sha256(), recording.map(vendor_take).in_file(path))
+        }
+        None => read_stored(path, file_name, settings)?,
+    };
     let ReadTake {
         recording,
         cleaned,
@@ -133,7 +119,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
 pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let take = read(path, settings)?;
     match settings.clean.steps()? {
-        Some(steps) if take.cleaning.is_none() => crate::clean::cleaned(&take, &steps),
+        Some(steps) if take.cleaning.is_none() => crate::clean::cleaned(take, &steps),
         _ => Ok(take),
     }
 }
@@ -144,6 +130,9 @@ pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError
 ///
 /// [`SessionError::Io`], and [`SessionError::Data`] for a folder that is no bag.
 pub fn hash_take(path: &Path) -> Result<InputHash, SessionError> {
+    if path.is_file() && !facts_path(path).exists() {
+        return hash_file(path);
+    }
     let (name, sha256) = (name_of(path), Stored::read(path)?.sha256());
     Ok(InputHash { name, sha256 })
 }
@@ -198,6 +187,33 @@ impl Stored {
             _ => Ok(Cow::Owned(inhand_import::join_files(&files).in_file(path)?)),
         }
     }
+}
+
+/// Hash and content of a take whose bytes are held in memory.
+fn read_stored(
+    path: &Path,
+    file_name: &str,
+    settings: &Settings,
+) -> Result<(String, Result<ReadTake, SessionError>), SessionError> {
+    let stored = Stored::read(path)?;
+    // Hashing takes as long as parsing: do both at once.
+    Ok(inhand_parallel::both(
+        || stored.sha256(),
+        || -> Result<_, SessionError> {
+            let (bytes, facts) = (stored.take(path)?, stored.facts.as_deref());
+            if inhand_channels::is_mcap(&bytes) {
+                let settings = settings.import_settings()?;
+                return inhand_import::read_take(&bytes, file_name, &settings).in_file(path);
+            }
+            let settings = settings.read_settings()?;
+            let recording = match inhand_export::looks_like_wide_csv(&bytes) {
+                true => inhand_export::read_wide_csv(&bytes, file_name, facts, settings.up_axis)
+                    .in_file(path)?,
+                false => inhand_capture::read(&bytes, file_name, &settings).in_file(path)?,
+            };
+            Ok(vendor_take(recording))
+        },
+    ))
 }
 
 /// A take of which there is nothing but what was measured.

@@ -9,6 +9,8 @@ mod spikes;
 mod swaps;
 mod unlabelled;
 
+use std::borrow::Cow;
+
 use inhand_model::{Finger, Recording, Roles};
 use inhand_motion::{MotionError, fingertip_markers};
 
@@ -42,11 +44,16 @@ pub(crate) fn fingertips(
     recording: &Recording,
     roles: &Roles,
 ) -> Result<[Vec<Suspect>; 3], MotionError> {
-    let mut state = recording.clone();
+    // A long take without suspects is not copied.
+    let mut state = Cow::Borrowed(recording);
     let swaps = swaps(&state, roles)?;
-    repair(&mut state, roles, &swaps)?;
+    if !swaps.is_empty() {
+        repair(state.to_mut(), roles, &swaps)?;
+    }
     let mut spikes = spikes(&state);
-    repair(&mut state, roles, &spikes)?;
+    if !spikes.is_empty() {
+        repair(state.to_mut(), roles, &spikes)?;
+    }
     let unlabelled = unlabelled::unlabelled_of_clean_tips(&state, roles)?;
     let tips = fingertip_markers(recording, roles)?;
     for spike in &mut spikes {

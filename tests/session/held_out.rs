@@ -30,7 +30,7 @@ fn motions(recording: &Recording, settings: &Settings) -> [Motion; 2] {
     let templates = fit_templates([(recording, &roles)]).expect("rigid bodies need none");
     let process = settings.process_settings().unwrap();
     let unfiltered = to_hand_frame(recording, &roles, &templates, &process).unwrap();
-    let filtered = steps::smooth_motions(std::slice::from_ref(&unfiltered), settings).unwrap();
+    let filtered = steps::smooth_motions(vec![unfiltered.clone()], settings).unwrap();
     [unfiltered, filtered.into_iter().next().unwrap()]
 }
 

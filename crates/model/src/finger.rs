@@ -113,6 +113,11 @@ impl<T> PerFinger<T> {
         &self.0
     }
 
+    /// The values in order, to change.
+    pub fn as_mut_array(&mut self) -> &mut [T; Finger::COUNT] {
+        &mut self.0
+    }
+
     /// The values in order, owned.
     pub fn into_array(self) -> [T; Finger::COUNT] {
         self.0

@@ -1,8 +1,8 @@
 //! The motion of fingertips and object in the hand's frame, from a recording.
 
 use inhand_model::{
-    Finger, Hand, Motion, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample, Track,
-    World,
+    Finger, Frame, Hand, Motion, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample,
+    Track, World,
 };
 use nalgebra::Translation3;
 use rayon::prelude::*;
@@ -26,10 +26,9 @@ pub fn process(
     templates: &Templates,
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
-    smooth(
-        &to_hand_frame(recording, roles, templates, settings)?,
-        settings.filter,
-    )
+    let mut motion = to_hand_frame(recording, roles, templates, settings)?;
+    smooth(&mut motion, settings.filter)?;
+    Ok(motion)
 }
 
 /// Takes a recording into the hand's frame: bodies from marker clusters, gaps, hand frame.
@@ -81,8 +80,6 @@ pub fn with_hand(
     MotionError::unless(finite, "object_offset_m", format!("{offset_m:?}"), expected)?;
     let offset = Translation3::from(offset_m);
 
-    let hand_from_world = hand.map(Pose::inverse);
-
     let tips = fingertip_markers(recording, roles)?;
     let object = (roles.object.as_ref())
         .map(|source| role_body(recording, BodyRole::Object, source, templates))
@@ -90,14 +87,14 @@ pub fn with_hand(
 
     let fingertip = |finger: Finger| {
         let tip = &recording.markers[tips[finger]].track;
-        let mut track = in_hand(&hand_from_world, tip, |pose, tip| pose * tip);
+        let mut track = in_hand(&hand, tip, |pose, tip| pose.inverse() * tip);
         fill_points(&mut track, max_gap, settings.fill);
         track
     };
     let object = || {
         object.map(|body| {
-            let mut track = in_hand(&hand_from_world, &body.track, |pose, body| {
-                pose * Pose::new(body.isometry() * offset)
+            let mut track = in_hand(&hand, &body.track, |pose, body| {
+                pose.inverse() * Pose::new(body.isometry() * offset)
             });
             fill_poses(&mut track, max_gap, settings.fill);
             track
@@ -114,27 +111,22 @@ pub fn with_hand(
     })
 }
 
-/// Smooths each coordinate of each interval without missing samples; the hand itself stays as it is.
+/// Smooths each coordinate of each interval without missing samples; the hand itself stays as it is. Memory is
+/// taken for the tracks that are smoothed at once.
 ///
 /// A sample keeps its status, whatever the filter's window held beside it.
 ///
 /// # Errors
 ///
 /// [`MotionError::Setting`].
-pub fn smooth(motion: &Motion, filter: Filter) -> Result<Motion, MotionError> {
+pub fn smooth(motion: &mut Motion, filter: Filter) -> Result<(), MotionError> {
     let smoother = smoother(filter, motion.clock.rate_hz())?;
-    let (fingertips, object) = rayon::join(
-        || each_finger(|finger| smooth_points(&motion.fingertips[finger], &smoother)),
-        || (motion.object.as_ref()).map(|track| smooth_poses(track, &smoother)),
+    let tips = motion.fingertips.as_mut_array();
+    rayon::join(
+        || (tips.par_iter_mut()).for_each(|track| *track = smooth_points(track, &smoother)),
+        || (motion.object.iter_mut()).for_each(|track| *track = smooth_poses(track, &smoother)),
     );
-    Ok(Motion {
-        name: motion.name.clone(),
-        clock: motion.clock,
-        fingertips,
-        object,
-        hand: motion.hand.clone(),
-        selected: motion.selected.clone(),
-    })
+    Ok(())
 }
 
 /// Makes one track for each finger, in parallel.
@@ -146,16 +138,16 @@ fn each_finger(
     PerFinger::from_fn(|_| tracks.next().expect("one track was made for each finger"))
 }
 
-/// Combines the hand's pose with something else at each sample where both are present; what is known
-/// of the result is the lesser of what is known of the two.
-pub fn in_hand<T: Sample, U: Sample>(
-    hand_from_world: &PoseTrack<Hand, World>,
+/// Combines a hand's poses, of either direction, with something else at each sample where both are present; what is
+/// known of the result is the lesser of what is known of the two.
+pub fn in_hand<To: Frame, From: Frame, T: Sample, U: Sample>(
+    hand: &PoseTrack<To, From>,
     track: &Track<T>,
-    combine: impl Fn(Pose<Hand, World>, T) -> U,
+    combine: impl Fn(Pose<To, From>, T) -> U,
 ) -> Track<U> {
     let sample = |k: usize| {
-        let both = hand_from_world.get(k).zip(track.get(k));
-        let status = hand_from_world.status(k).and(track.status(k));
+        let both = hand.get(k).zip(track.get(k));
+        let status = hand.status(k).and(track.status(k));
         (both.map(|(pose, value)| combine(pose, value)), status)
     };
     (0..track.len()).map(sample).collect()

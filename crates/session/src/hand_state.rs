@@ -200,8 +200,8 @@ fn from_take(
     role: StateRole,
     settings: &Settings,
 ) -> Result<HandState, SessionError> {
-    let take = take::read_clean(path, settings)?;
-    let motions = steps::motions(std::slice::from_ref(&take), settings)?.published;
+    let mut take = take::read_clean(path, settings)?;
+    let motions = steps::motions(std::slice::from_mut(&mut take), settings)?.published;
     let motion = (motions.first()).expect("as many motions as takes were given");
     let rate_hz = motion.clock.rate_hz();
     let last_s = motion.len().saturating_sub(1) as f64 / rate_hz;
@@ -218,10 +218,7 @@ fn from_take(
             .flatten()
     };
     let fingertips_m = PerFinger::from_fn(|finger| at(k, finger));
-    if Finger::ALL
-        .iter()
-        .all(|&finger| fingertips_m[finger].is_none())
-    {
+    if fingertips_m.as_array().iter().all(Option::is_none) {
         return Err(fault(
             &place,
             "a fingertip that was seen",

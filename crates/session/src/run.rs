@@ -274,7 +274,11 @@ impl<'a> Run<'a> {
         let (inspection, motions) = self.time_all("look", |times| {
             let (inspection, motions) = both(
                 || times.time("look", || look::look(session, takes, &in_hand, settings)),
-                || times.time("filter", || steps::smooth_motions(&in_hand, settings)),
+                || {
+                    times.time("filter", || {
+                        steps::smooth_motions(in_hand.clone(), settings)
+                    })
+                },
             );
             Ok((inspection?, motions?))
         })?;

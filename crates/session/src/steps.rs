@@ -55,7 +55,7 @@ pub use shown::{Shown, demonstrated};
 ///
 /// [`SessionError::At`] for the first take that cannot be processed.
 pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
-    smooth_motions(&motions_in_hand(takes, &|_| true, settings)?, settings)
+    smooth_motions(motions_in_hand(takes, &|_| true, settings)?, settings)
 }
 
 /// Brings takes into the hand's frame, gaps filled, in order. The shapes of bodies that are fitted to markers are those
@@ -86,66 +86,57 @@ pub fn motions_in_hand(
 ///
 /// [`SessionError::At`] for a filter that cannot be used.
 pub fn smooth_motions(
-    motions: &[Motion],
+    mut motions: Vec<Motion>,
     settings: &Settings,
 ) -> Result<Vec<Motion>, SessionError> {
     let filter = settings.process_settings()?.filter;
-    inhand_parallel::try_map(motions, |motion| {
-        smooth(motion, filter).during(format_args!("processing {}", motion.name))
-    })
+    for motion in &mut motions {
+        smooth(motion, filter).during(format_args!("processing {}", motion.name))?;
+    }
+    Ok(motions)
 }
 
-/// Motions of takes under each protocol: those that an earlier step stored ([`stored_motions`]), else takes processed
-/// now.
+/// Motions of takes under each protocol: those that an earlier step stored, moved out of them ([`stored_motions`]), else
+/// takes processed now.
 ///
 /// # Errors
 ///
 /// As [`process_takes`].
 pub fn motions(
-    takes: &[Take],
+    takes: &mut [Take],
     settings: &Settings,
 ) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
-    match stored_motions(takes, settings)? {
-        Some(motions) => Ok(motions),
-        None => processed_motions(takes, settings),
+    if let Some(motions) = stored_motions(takes, settings)? {
+        return Ok(motions);
     }
-}
-
-/// Takes processed under each protocol: filtered, and before the filter.
-///
-/// # Errors
-///
-/// As [`process_takes`].
-pub fn processed_motions(
-    takes: &[Take],
-    settings: &Settings,
-) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
     let held_out = motions_in_hand(takes, &|_| true, settings)?;
     Ok(PerProtocol {
-        published: smooth_motions(&held_out, settings)?,
+        published: smooth_motions(held_out.clone(), settings)?,
         held_out,
     })
 }
 
-/// Motions that an earlier step stored in takes, and those before the filter in the frame of the stored hand; `None`
-/// where a take has none, or one that was made by other settings than these.
+/// Motions that an earlier step stored in takes, moved out of them, and those before the filter in the frame of the stored
+/// hand; `None` where a take has none, or one that was made by other settings than these.
 ///
 /// # Errors
 ///
 /// [`SessionError::Settings`] for labels that cannot be parsed; as [`process_takes`].
 pub fn stored_motions(
-    takes: &[Take],
+    takes: &mut [Take],
     settings: &Settings,
 ) -> Result<Option<PerProtocol<Vec<Motion>>>, SessionError> {
     let stored = |take: &Take| {
         let made = Settings::of_steps(&take.provenance);
         let same =
             made.process == settings.process && made.object.offset_m == settings.object.offset_m;
-        take.stored_motion.clone().filter(|_| same)
+        same && take.stored_motion.is_some()
     };
-    let Some(mut published) = takes.iter().map(stored).collect::<Option<Vec<_>>>() else {
+    if !takes.iter().all(stored) {
         return Ok(None);
-    };
+    }
+    let stored = takes.iter_mut().map(|take| take.stored_motion.take());
+    let (mut published, takes): (Vec<_>, _) = (stored.flatten().collect(), &*takes);
     let (roles, templates) = templates(takes, &|_| true)?;
     let process_settings = settings.process_settings()?;
     let mut held_out = inhand_parallel::try_up_to(takes.len(), |n| {

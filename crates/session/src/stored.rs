@@ -54,18 +54,18 @@ impl StoredRows {
 /// [`SessionError::Data`] for a take without generated channels, or whose trajectories do not
 /// start where its segments do.
 pub fn evaluate_stored(
-    takes: &[Take],
+    takes: &mut [Take],
     dictionary: &DictionaryFile,
     settings: &Settings,
 ) -> Result<StoredEvaluation, SessionError> {
-    for take in takes {
+    for take in &*takes {
         check_dictionary(take, dictionary)?;
     }
     let dictionary = &dictionary.dictionary;
     let effective = as_generated(takes, settings)?;
     let settings = &effective;
-    steps::used(takes, settings)?;
-    let mut motions = steps::motions(takes, settings)?;
+    steps::used(&*takes, settings)?;
+    let (mut motions, takes) = (steps::motions(takes, settings)?, &*takes);
     let of = Protocol::Published;
     let test = stored_segments(takes, &mut motions.published, of, dictionary, settings)?;
     let motion_refs: Vec<_> = motions.published.iter().collect();

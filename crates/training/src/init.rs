@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use inhand_dictionary::{NmfProblem, blocks};
-use inhand_model::{BodySource, Clock, Motion, PerProtocol, Protocol, SegmentLayout};
+use inhand_model::{BodySource, Clock, InputHash, Motion, Protocol, SegmentLayout};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_parallel::{try_map, try_up_to};
 use inhand_session::steps::{self, Shown};
@@ -91,14 +91,21 @@ fn gather(
         let takes = try_map(paths, |path| read_clean(path, settings))?;
         takes.iter().for_each(&mut *seen);
         takes.iter().for_each(|take| used.add(take));
-        let Some(motions) = motions(&takes, settings, way)? else {
+        let files: Vec<_> = (takes.iter().map(|take| take.hash.clone()))
+            .zip(paths)
+            .collect();
+        let Some((held_out, stored)) = motions(takes, settings, way)? else {
             return Ok(None);
         };
         let first = gathered.len();
-        gathered.extend(try_up_to(takes.len(), |i| {
-            let motions = motions.as_ref().map(|motions| &motions[i]);
-            gather_one(root, first + i, &takes[i], motions)
-        })?);
+        write_tables(root, first, Protocol::HeldOut, &held_out)?;
+        let published = match stored {
+            Some(stored) => stored,
+            None => steps::smooth_motions(held_out, settings)?,
+        };
+        write_tables(root, first, Protocol::Published, &published)?;
+        let files = files.into_iter().zip(&published);
+        gathered.extend(files.map(|((file, path), motion)| Gathered::new(file, path, motion)));
         check_rates(
             gathered
                 .iter()
@@ -109,12 +116,13 @@ fn gather(
     Ok(Some(gathered))
 }
 
-/// Motions of some takes; `None` where they need another way of processing.
+/// Motions of some takes before the filter, and after it where they are stored; `None` where they need another way of
+/// processing. The takes themselves are not held any longer.
 fn motions(
-    takes: &[Take],
+    mut takes: Vec<Take>,
     settings: &Settings,
     way: Processing,
-) -> Result<Option<PerProtocol<Vec<Motion>>>, SessionError> {
+) -> Result<Option<(Vec<Motion>, Option<Vec<Motion>>)>, SessionError> {
     let clusters = |take: &Take| {
         take.roles.as_ref().is_ok_and(|roles| {
             std::iter::once(&roles.hand)
@@ -123,38 +131,48 @@ fn motions(
         })
     };
     match way {
-        Processing::Stored => steps::stored_motions(takes, settings),
+        Processing::Stored => {
+            let stored = steps::stored_motions(&mut takes, settings)?;
+            Ok(stored.map(|motions| (motions.held_out, Some(motions.published))))
+        }
         Processing::Each if takes.iter().any(clusters) => Ok(None),
         Processing::Each | Processing::Together => {
-            steps::processed_motions(takes, settings).map(Some)
+            let motions = steps::motions_in_hand(&takes, &|_| true, settings)?;
+            Ok(Some((motions, None)))
         }
     }
 }
 
-fn gather_one(
+fn write_tables(
     root: &Path,
-    number: usize,
-    take: &Take,
-    motions: PerProtocol<&Motion>,
-) -> Result<Gathered, SessionError> {
-    for protocol in Protocol::ALL {
-        let table = SegmentTable::from_motion(motions[protocol]);
-        write_table(&table_path(root, number, protocol), number, &table)?;
+    first: usize,
+    protocol: Protocol,
+    motions: &[Motion],
+) -> Result<(), SessionError> {
+    try_up_to(motions.len(), |i| {
+        let number = first + i;
+        let table = SegmentTable::from_motion(&motions[i]);
+        write_table(&table_path(root, number, protocol), number, &table)
+    })?;
+    Ok(())
+}
+
+impl Gathered {
+    fn new(file: InputHash, path: &Path, motion: &Motion) -> Self {
+        let object = motion.object.as_ref();
+        Self {
+            planned: PlannedTake {
+                file,
+                samples: motion.len(),
+                segments: 0,
+                held_out_segments: 0,
+            },
+            path: path.to_owned(),
+            clock: motion.clock,
+            object_known: object.map(|track| track.iter().flatten().count()),
+            shown: Shown::of(motion),
+        }
     }
-    let motion = motions.published;
-    let object = motion.object.as_ref();
-    Ok(Gathered {
-        planned: PlannedTake {
-            file: take.hash.clone(),
-            samples: motion.len(),
-            segments: 0,
-            held_out_segments: 0,
-        },
-        path: take.path.clone(),
-        clock: motion.clock,
-        object_known: object.map(|track| track.iter().flatten().count()),
-        shown: Shown::of(motion),
-    })
 }
 
 fn begin(

@@ -69,7 +69,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
-    let takes = read_takes(console, &args.inputs, &settings)?;
+    let mut takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
     say_held_out(console, &dictionary.dictionary);
     for take in &takes {
@@ -78,7 +78,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     let task = console.step("evaluating");
-    let evaluated = evaluate_stored(&takes, &dictionary, &settings)?;
+    let evaluated = evaluate_stored(&mut takes, &dictionary, &settings)?;
     drop(task);
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();

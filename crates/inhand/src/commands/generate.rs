@@ -46,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         args.plan.apply(settings);
     };
     let settings = args.takes.for_all(console, &args.inputs, &[], &typed)?;
-    let (takes, targets) = takes_and_targets(
+    let (mut takes, targets) = takes_and_targets(
         console,
         (&args.inputs, Some(&args.dictionary)),
         &args.output,
@@ -55,7 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     say_used(console, &takes, &settings)?;
-    let motions = steps::motions(&takes, &settings)?;
+    let motions = steps::motions(&mut takes, &settings)?;
     let (mut failed, mut files) = (0, Vec::with_capacity(takes.len()));
     say_held_out(console, &dictionary.dictionary);
     let task = files_task(console, "generating", &args.inputs, 1.0);

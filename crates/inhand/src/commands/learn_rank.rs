@@ -28,11 +28,11 @@ pub(crate) fn figure_path(dictionary: &Path) -> Option<PathBuf> {
 
 /// The training segments, all in memory.
 pub(crate) fn segments(takes: &[PathBuf], settings: &Settings) -> Result<Segments> {
-    let takes = (takes.iter())
+    let mut takes = (takes.iter())
         .map(|take| inhand_session::read(take, settings))
         .collect::<Result<Vec<_>, _>>()?;
     steps::used(&takes, settings)?;
-    let motions = steps::motions(&takes, settings)?.published;
+    let motions = steps::motions(&mut takes, settings)?.published;
     let motions: Vec<_> = motions.iter().collect();
     let object = steps::carries_object(&motions, settings)?;
     Ok(steps::segments(

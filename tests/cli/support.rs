@@ -117,9 +117,10 @@ pub(crate) fn stderr(output: &Output) -> String {
 
 /// An evaluation without what names its input files.
 pub(crate) fn without_provenance(mut evaluation: Value) -> Value {
-    evaluation
+    let keys = evaluation
         .as_object_mut()
-        .expect("an evaluation is an object")
-        .remove("provenance");
+        .expect("an evaluation is an object");
+    keys.remove("provenance");
+    keys.remove("key");
     evaluation
 }

@@ -128,6 +128,39 @@ fn unfinished(bench: &Bench, folder: &str) -> Vec<String> {
         .collect()
 }
 
+/// A path of the bench as it can be spelled from its folder `away`; other words as they are.
+fn respelled(bench: &Bench, word: &str) -> String {
+    let path = word.split('@').next().unwrap_or_default();
+    match bench.path(path).exists() {
+        true => format!("../away/../{word}"),
+        false => word.to_owned(),
+    }
+}
+
+#[test]
+fn outputs_hold_no_path_as_typed() {
+    with_verbs(|bench, call, ending, _| {
+        let name = name(call, ending);
+        fs::create_dir_all(bench.path("away")).unwrap();
+        let plain = bench.inhand(&[call, &["-o", &name, "-q"]].concat());
+        let away: Vec<String> = call.iter().map(|word| respelled(bench, word)).collect();
+        let output = Command::new(env!("CARGO_BIN_EXE_inhand"))
+            .args(&away)
+            .args(["-o", &name, "-q"])
+            .current_dir(bench.path("away"))
+            .output()
+            .expect("the binary under test runs");
+        assert_eq!(
+            plain.status.code(),
+            output.status.code(),
+            "{away:?}: {}",
+            stderr(&output)
+        );
+        let [own, other] = [name.clone(), format!("away/{name}")].map(|file| bench.bytes(&file));
+        assert!(own == other, "{call:?} and {away:?}");
+    });
+}
+
 #[test]
 fn outputs_go_into_new_folders_through_fifos_and_through_links() {
     with_verbs(|bench, call, ending, _| {

@@ -2,7 +2,7 @@
 
 use inhand_model::{
     Annotations, Change, Finding, Hull, Motion, PerFinger, Plan, Provenance, Recording, Roles,
-    Shape, Trajectory,
+    Shape, Trajectory, in_contact,
 };
 
 /// Everything about a take that goes into one file; each part but the recording is optional.
@@ -153,6 +153,19 @@ pub struct ContactSample {
     pub in_contact: PerFinger<bool>,
     /// Fingers in contact.
     pub count: usize,
+}
+
+impl ContactSample {
+    /// From the distances, of which those up to `tau_m` count as contact.
+    pub fn new(distance_m: PerFinger<f64>, tau_m: f64) -> Self {
+        let in_contact = distance_m.map(|distance_m| in_contact(distance_m, tau_m));
+        let touching = in_contact.as_array().iter().filter(|&&touches| touches);
+        Self {
+            distance_m,
+            in_contact,
+            count: touching.count(),
+        }
+    }
 }
 
 /// What a take's file holds of what later steps start from.

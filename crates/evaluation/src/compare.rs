@@ -1,6 +1,9 @@
 //! Two evaluations side by side: how statistics differ, with intervals.
 
-use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
+use inhand_model::{
+    Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure, MethodEvaluation,
+    Statistics,
+};
 use inhand_statistics::BootstrapError;
 use inhand_statistics::bootstrap::{ClusteredRows, Drawn, Draws, SortedRows};
 
@@ -104,6 +107,53 @@ pub fn compare_contacts(
         after: first.values()[0],
         absolute: Some(found.absolute),
     }))
+}
+
+/// Changes of the errors that both evaluations state, without intervals.
+pub fn stated_errors(old: &MethodEvaluation, new: &MethodEvaluation) -> Vec<ErrorChange> {
+    let of = |method: &MethodEvaluation, finger: Option<Finger>| -> Statistics {
+        finger.map_or(method.error.all, |finger| method.error.by_finger[finger])
+    };
+    let value = |error: &Statistics, measure| match measure {
+        Measure::Mean => error.mean,
+        Measure::Rmse => error.rmse,
+        Measure::P50 => error.p50,
+        Measure::P75 => error.p75,
+        Measure::P95 => error.p95,
+    };
+    let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
+    fingers
+        .map(|finger| (finger, of(old, finger), of(new, finger)))
+        .filter(|(_, old, new)| old.n > 0 && new.n > 0)
+        .flat_map(|(finger, before, after)| {
+            Measure::ALL.map(|measure| ErrorChange {
+                before_method: old.name.clone(),
+                after_method: new.name.clone(),
+                finger,
+                measure,
+                before_m: value(&before, measure),
+                after_m: value(&after, measure),
+                relative_change: ErrorChange::relative_change(
+                    value(&before, measure),
+                    value(&after, measure),
+                ),
+                absolute: None,
+                relative: None,
+            })
+        })
+        .collect()
+}
+
+/// Change of the share of instants with three or more contacts that both evaluations state, without an interval.
+pub fn stated_contacts(old: &MethodEvaluation, new: &MethodEvaluation) -> Option<ContactChange> {
+    let (before, after) = (old.contact.as_ref()?, new.contact.as_ref()?);
+    Some(ContactChange {
+        before_method: old.name.clone(),
+        after_method: new.name.clone(),
+        before: before.three_or_more,
+        after: after.three_or_more,
+        absolute: None,
+    })
 }
 
 /// Statistics of both samples: of pairs in the same draws of the clusters in which both judged the same instants, else

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use inhand_model::{
     Bootstrap, EvaluationRows, Finger, HandAndFingers, Intervals, Measure, MeasureEstimates,
-    MethodIntervals, PairedDifference, PerFinger, SharedContacts, in_contact,
+    MethodEvaluation, MethodIntervals, PairedDifference, PerFinger, SharedContacts, in_contact,
 };
 use inhand_parallel::map;
 use inhand_statistics::BootstrapError;
@@ -29,6 +29,18 @@ pub struct Contestant<'a> {
     pub baseline: bool,
     /// Mean error over all fingers and instants, metres; NaN where none was judged.
     pub mean_error_m: f64,
+}
+
+impl<'a> Contestant<'a> {
+    /// An evaluated method.
+    pub fn new(method: &'a MethodEvaluation) -> Self {
+        let error = Some(&method.error.all).filter(|error| error.n > 0);
+        Self {
+            name: &method.name,
+            baseline: method.baseline,
+            mean_error_m: error.map_or(f64::NAN, |error| error.mean),
+        }
+    }
 }
 
 /// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `sizes` how many of them

@@ -78,6 +78,7 @@ mod compare;
 mod constraints;
 mod contacts;
 mod dynamics;
+mod found_events;
 mod input;
 mod instants;
 mod intervals;
@@ -90,9 +91,12 @@ mod quality;
 mod recorded;
 mod reference;
 
-pub use compare::{MethodOf, compare_contacts, compare_errors, same_segments};
+pub use compare::{
+    MethodOf, compare_contacts, compare_errors, same_segments, stated_contacts, stated_errors,
+};
 pub use contacts::motion_contacts;
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
+pub use found_events::with_found;
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{Contestant, ErrorsByCluster, best_baseline, intervals, session_intervals};
 pub use method::evaluate_method;

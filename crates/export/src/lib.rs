@@ -73,7 +73,7 @@ pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{ParquetTable, write_parquet};
 pub use pdf::pdf_of_svg;
 pub use ros2::{Colour, Ros2Bag, Ros2Method, Ros2Take, write_ros2, write_ros2_markers};
-pub use rows::{RowPositions, RowsFile, evaluation_rows, rows_facts};
+pub use rows::{RESULTS_KEY, RowPositions, RowsFile, evaluation_rows, rows_facts};
 pub use table::{Column, Table, TableBuilder, write_csv};
 pub use take::{Entity, motion_entities, recording_entities, tidy, wide};
 pub use wide_csv::{facts_json, looks_like_wide_csv, read_wide_csv};

@@ -27,6 +27,7 @@
 //!
 //! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
 
+mod dictionary;
 mod given;
 mod mat;
 mod npz;
@@ -39,6 +40,7 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ExportError;
+pub use dictionary::{Matrices, export_dictionary};
 pub use given::{Given, import_primitives};
 
 /// A variable of a file.

@@ -155,6 +155,9 @@ pub fn evaluation_rows<'a>(
 /// Key of the file's metadata with [`RowsFacts`].
 const FACTS: &str = "inhand.rows";
 
+/// Key of a file's metadata with the key of the results that it belongs to.
+pub const RESULTS_KEY: &str = "inhand.key";
+
 /// Facts that the columns do not hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct RowsFacts {
@@ -218,6 +221,11 @@ impl RowsFile {
     /// Name of the session.
     pub fn session(&self) -> &str {
         &self.facts.session
+    }
+
+    /// Key of the results that it belongs to; `None` in files of before.
+    pub fn key(&self) -> Option<&str> {
+        self.table.fact(RESULTS_KEY)
     }
 
     /// Names of the methods, in their order.

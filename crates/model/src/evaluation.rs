@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::contact_dynamics::ContactDynamics;
 use crate::deviation_predictor::{Bandwidths, PredictorWeights};
-use crate::dictionary::{DictionaryKind, MethodChoice, StopReason, VelocityBounds};
+use crate::dictionary::{Dictionary, DictionaryKind, MethodChoice, StopReason, VelocityBounds};
 use crate::finding::{Finding, Severity};
 use crate::finger::{Finger, HandAndFingers, PerFinger};
 use crate::inspection::Inspection;
@@ -441,6 +441,28 @@ pub struct Evaluation {
     /// What was looked at before and after learning, and what was found; `None` where nothing was.
     #[serde(default)]
     pub inspection: Option<Inspection>,
+    /// SHA-256 over inputs, settings and version, which all results of a run carry; `None` in files of before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+}
+
+impl DictionaryFacts {
+    /// Facts of a dictionary, and the velocity bounds that plans had to keep.
+    pub fn new(dictionary: &Dictionary, velocity_bounds: VelocityBounds) -> Self {
+        let learning = &dictionary.learning;
+        Self {
+            kind: dictionary.kind,
+            rank: dictionary.rank(),
+            segments: learning.segments,
+            rms_m: learning.rms_m,
+            relative_error: learning.relative_error,
+            iterations: learning.iterations,
+            stop_reason: learning.stop_reason,
+            objective_history_m2: learning.objective_history_m2.clone(),
+            velocity_bounds,
+            deviation: dictionary.residual.as_ref().map(DeviationFacts::new),
+        }
+    }
 }
 
 impl DeviationFacts {

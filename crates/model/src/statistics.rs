@@ -50,6 +50,14 @@ pub struct Statistics {
 }
 
 impl Statistics {
+    /// Mean of all values behind several statistics; NaN without any.
+    pub fn pooled_mean<'a>(statistics: impl Iterator<Item = &'a Self>) -> f64 {
+        let (n, sum) = (statistics.filter(|own| own.n > 0)).fold((0.0, 0.0), |(n, sum), own| {
+            (n + own.n as f64, sum + own.mean * own.n as f64)
+        });
+        sum / n
+    }
+
     fn map(mut self, mut change: impl FnMut(f64) -> f64) -> Self {
         for value in [
             &mut self.mean,

@@ -1,7 +1,10 @@
 //! Many sessions together.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::Serialize;
 
+use crate::evaluation::MethodEvaluation;
 use crate::finger::HandAndFingers;
 use crate::intervals::Intervals;
 use crate::statistics::Statistics;
@@ -100,6 +103,32 @@ pub struct SharedContacts {
     pub recorded_three_or_more: usize,
 }
 
+impl SharedContacts {
+    /// Counts behind the shares that an evaluation states; shares of whole instants come back exactly. `None` without
+    /// an object.
+    pub fn stated(method: &MethodEvaluation) -> Option<Self> {
+        let contact = method.contact.as_ref().filter(|contact| contact.n > 0)?;
+        let count = |share: f64| (share * contact.n as f64).round() as usize;
+        Some(Self {
+            n: contact.n,
+            three_or_more: count(contact.three_or_more),
+            recorded_three_or_more: count(contact.recorded_three_or_more),
+        })
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            n: self.n.saturating_add(other.n),
+            three_or_more: self.three_or_more.saturating_add(other.three_or_more),
+            recorded_three_or_more: self
+                .recorded_three_or_more
+                .saturating_add(other.recorded_three_or_more),
+        }
+    }
+}
+
 /// One method over all sessions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodSummary {
@@ -178,4 +207,25 @@ pub struct SettingDifference {
     pub key: String,
     /// The value in each session, in their order; `not set` where it is not stated.
     pub values: Vec<String>,
+}
+
+impl SettingDifference {
+    /// Differences among settings by key, those of each session.
+    pub fn among(settings: &[BTreeMap<String, String>]) -> Vec<Self> {
+        let keys: BTreeSet<&String> = settings.iter().flat_map(BTreeMap::keys).collect();
+        let values = |key: &String| -> Vec<String> {
+            let of_session = |own: &BTreeMap<String, String>| own.get(key).cloned();
+            let values = settings.iter().map(of_session);
+            values
+                .map(|value| value.unwrap_or_else(|| "not set".to_owned()))
+                .collect()
+        };
+        keys.into_iter()
+            .map(|key| Self {
+                key: key.clone(),
+                values: values(key),
+            })
+            .filter(|own| own.values.iter().any(|value| *value != own.values[0]))
+            .collect()
+    }
 }

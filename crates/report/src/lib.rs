@@ -35,7 +35,7 @@
 //! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] }, deviation: None,
 //! #     },
 //! #     methods: vec![method], held_out: None, filter_moves: None,
-//! #     quality: vec![], intervals: None, movement: None, contacts: None, inspection: None,
+//! #     quality: vec![], intervals: None, movement: None, contacts: None, inspection: None, key: None,
 //! # };
 //! let json = inhand_report::evaluation_json(&evaluation, &[])?;
 //! assert!(json.contains("\"p50\": 0.4"));

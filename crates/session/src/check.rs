@@ -5,7 +5,7 @@ use std::path::Path;
 use inhand_inspection::{CheckSettings, Checked, check, detect};
 
 use crate::error::SessionError;
-use crate::files::name_of;
+use crate::files::{folder_and_name, name_of};
 use crate::session::SessionTake;
 use crate::settings::Settings;
 use crate::take::{Take, read, used};
@@ -41,7 +41,7 @@ pub fn check_take(entry: &SessionTake, settings: &Settings) -> Result<Checked, S
         Err(error) => Err(reason(&error, path)),
     };
     Ok(Checked {
-        file: path.display().to_string(),
+        file: folder_and_name(path),
         role: Some(entry.role.name()),
         range_s,
         outcome,

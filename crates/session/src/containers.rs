@@ -44,7 +44,7 @@ pub struct Cut {
 }
 
 /// The metadata of a file by name; nothing else of it is read.
-fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
+pub(crate) fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
     let records = inhand_container::metadata(source).in_file(path)?;
     let facts = records
         .into_iter()

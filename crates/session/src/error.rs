@@ -165,3 +165,9 @@ pub(crate) fn invalid(key: &str, expected: &str, found: &impl Display) -> Sessio
         found: found.to_string(),
     }
 }
+
+/// An error with its causes.
+pub(crate) fn in_words(error: &dyn StdError) -> String {
+    let causes = std::iter::successors(error.source(), |cause| (*cause).source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}

@@ -2,31 +2,42 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_export::{Table, TableBuilder, pdf_of_svg, write_parquet};
+use inhand_export::{RESULTS_KEY, Table, TableBuilder, pdf_of_svg, write_parquet};
 use inhand_report::{Figure, FigureData, FigureValues};
 
 use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
 
 /// Writes figures into a folder: `ID.svg` and `ID.pdf` for print, the numbers that each draws as `ID.csv` and as
-/// `ID.parquet`. Returns what was written, in the same order.
+/// `ID.parquet`, which has the key of the results. Returns what was written, in the same order.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`], [`SessionError::Io`]. Each file appears whole or not at all.
-pub fn write_figures(folder: &Path, figures: &[Figure]) -> Result<Vec<PathBuf>, SessionError> {
-    let written = inhand_parallel::try_map(figures, |figure| write_figure(folder, figure))?;
+pub fn write_figures(
+    folder: &Path,
+    figures: &[Figure],
+    key: Option<&str>,
+) -> Result<Vec<PathBuf>, SessionError> {
+    let written = inhand_parallel::try_map(figures, |figure| write_figure(folder, figure, key))?;
     Ok(written.into_iter().flatten().collect())
 }
 
-fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 4], SessionError> {
+fn write_figure(
+    folder: &Path,
+    figure: &Figure,
+    key: Option<&str>,
+) -> Result<[PathBuf; 4], SessionError> {
     let file = |extension: &str| folder.join(format!("{}.{extension}", figure.id));
     let files @ [svg, pdf, csv, parquet] = &["svg", "pdf", "csv", "parquet"].map(file);
     let drawing = figure.print_svg();
     write_text(svg, &drawing)?;
     write_text(pdf, &pdf_of_svg(&drawing))?;
     write_text(csv, &figure.data.csv())?;
-    let about = [("inhand.figure", figure.title.clone())];
+    let about = [
+        ("inhand.figure", figure.title.clone()),
+        (RESULTS_KEY, key.unwrap_or_default().to_owned()),
+    ];
     let table = table(&figure.data);
     write_atomic(parquet, |out| {
         write_parquet(&table, table.rows, &about, out).in_file(parquet)

@@ -104,6 +104,19 @@ pub(crate) fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
+/// Folder and name of a file, the same however its path is spelled.
+pub(crate) fn folder_and_name(path: &Path) -> String {
+    let folder = path.canonicalize().ok();
+    let folder = folder
+        .as_deref()
+        .and_then(Path::parent)
+        .and_then(Path::file_name);
+    folder.map_or_else(
+        || name_of(path),
+        |folder| format!("{}/{}", folder.to_string_lossy(), name_of(path)),
+    )
+}
+
 /// When a take's first sample is, nanoseconds since 1970-01-01 UTC; `None` for a file without a take.
 pub(crate) fn take_start(metadata: &Metadata) -> Option<u64> {
     let facts = metadata.0.get(RECORDING)?;

@@ -66,7 +66,7 @@ pub use inhand_import::BAG_FACTS;
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
 pub use look::look_at_training;
-pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
+pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside, results_key};
 pub use methods::Method;
 pub use output::{
     FolderClaim, Unfinished, already_exists, check_target, claim_folder, is_stream,

@@ -117,6 +117,11 @@ pub(crate) fn key(session: &Session, provenance: &Provenance, scope: OutputScope
     hex_sha256(format!("{} {provenance:?} {takes:?} {scope:?}", session.name).as_bytes())
 }
 
+/// Key of results that were made by these steps, for all files of them.
+pub fn results_key(session: &str, steps: &[Provenance]) -> String {
+    hex_sha256(format!("{session} {steps:?}").as_bytes())
+}
+
 /// Provenance of a dictionary: only the settings and takes that it depends on.
 pub(crate) fn learn_provenance<'a>(
     settings: &Settings,
@@ -252,11 +257,11 @@ pub fn peak_memory_bytes() -> Option<u64> {
     Some(kib * 1024)
 }
 
-fn read(path: &Path) -> Option<RunJson> {
+pub(crate) fn read(path: &Path) -> Option<RunJson> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
-fn hash_of(path: &Path) -> Result<String, SessionError> {
+pub(crate) fn hash_of(path: &Path) -> Result<String, SessionError> {
     Ok(hash_file(path)?.sha256)
 }
 
@@ -270,7 +275,7 @@ fn name_in(folder: &Path, path: &Path) -> String {
 
 /// The file of that name in the folder; `None` for a name that leads out of it, as only a file that was
 /// tampered with holds.
-fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
+pub(crate) fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
     let inside = Path::new(name)
         .components()
         .all(|part| matches!(part, Component::Normal(_)));

@@ -137,6 +137,7 @@ pub fn run(
     inspect_results(&mut inspection, &judged.evaluation, &limits);
     run.found(&inspection, &earlier);
     judged.evaluation.inspection = Some(inspection);
+    judged.evaluation.key = Some(key.clone());
     let results = Results {
         cut: &cut,
         dictionary: &dictionary,

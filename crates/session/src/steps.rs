@@ -6,9 +6,9 @@ use inhand_evaluation::{
 };
 use inhand_inspection::Coverage;
 use inhand_model::{
-    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodEvaluation,
-    MethodRows, Motion, PerProtocol, Plan, Protocol, Roles, SegmentLayout, Segments, SessionFacts,
-    TakeFacts, TakeQuality,
+    Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodEvaluation, MethodRows, Motion,
+    PerProtocol, Plan, Protocol, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts,
+    TakeQuality,
 };
 use inhand_motion::{
     Cut, EndsRule, SegmentSettings, SegmentTable, Templates, cut_segments, fit_templates_to,
@@ -366,23 +366,6 @@ fn planned_objects(generated: &Generated) -> Option<Vec<Option<ObjectPoses>>> {
     objects.iter().any(Option::is_some).then_some(objects)
 }
 
-/// Facts of the dictionary for an evaluation.
-fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> DictionaryFacts {
-    let learning = &dictionary.learning;
-    DictionaryFacts {
-        kind: dictionary.kind,
-        rank: dictionary.rank(),
-        segments: learning.segments,
-        rms_m: learning.rms_m,
-        relative_error: learning.relative_error,
-        iterations: learning.iterations,
-        stop_reason: learning.stop_reason,
-        objective_history_m2: learning.objective_history_m2.clone(),
-        velocity_bounds: velocity_bounds(dictionary, settings),
-        deviation: dictionary.residual.as_ref().map(DeviationFacts::new),
-    }
-}
-
 /// A take with what was made of it.
 #[derive(Clone, Copy, Debug)]
 pub struct TakeResult<'a> {
@@ -478,7 +461,7 @@ pub fn assemble(
         session: session_facts(name, takes, train, test, settings),
         default_method: default_method.unwrap_or_default(),
         choice: dictionary.choice.clone(),
-        dictionary: dictionary_facts(dictionary, settings),
+        dictionary: DictionaryFacts::new(dictionary, velocity_bounds(dictionary, settings)),
         methods,
         held_out: None,
         filter_moves: None,
@@ -487,5 +470,6 @@ pub fn assemble(
         movement: None,
         contacts: None,
         inspection: None,
+        key: None,
     })
 }

@@ -7,12 +7,12 @@ use inhand_channels::{EvaluatedMethod, EvaluatedSample};
 pub use inhand_export::TableLayout;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
-    CONTACT_COLUMNS, ERROR_COLUMNS, Entity, FingerRow, RowPositions, Table, contact_rows,
-    evaluation_rows, facts_json, finger_table, motion_entities, motion_table, phase_rows,
-    recording_entities, rows_facts, segment_rows, tidy, trajectory_table, wide, write_csv,
-    write_parquet,
+    CONTACT_COLUMNS, ERROR_COLUMNS, Entity, FingerRow, RESULTS_KEY, RowPositions, Table,
+    contact_rows, evaluation_rows, facts_json, finger_table, motion_entities, motion_table,
+    phase_rows, recording_entities, rows_facts, segment_rows, tidy, trajectory_table, wide,
+    write_csv, write_parquet,
 };
-use inhand_model::{MotionRows, PerFinger, Protocol};
+use inhand_model::{Evaluation, MotionRows, PerFinger, Protocol};
 
 use crate::error::{Located, SessionError};
 pub use crate::files::facts_path;
@@ -208,7 +208,7 @@ pub fn write_plan_table(
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_rows(
     path: &Path,
-    session: &str,
+    evaluation: &Evaluation,
     compared: ProtocolRows<'_>,
     with_positions: bool,
 ) -> Result<(), SessionError> {
@@ -222,10 +222,15 @@ pub fn write_rows(
         segments,
         planned: &planned,
     });
+    let session = &evaluation.session.name;
     let table = evaluation_rows(session, rows, positions);
     let form = TableFormat::from_path(path).unwrap_or(TableFormat::Parquet);
-    let about = [rows_facts(session, rows)];
+    let about = [rows_facts(session, rows), key_fact(evaluation)];
     write_file(path, form, &table, rows.instants(), &about)
+}
+
+fn key_fact(evaluation: &Evaluation) -> (&'static str, String) {
+    (RESULTS_KEY, evaluation.key.clone().unwrap_or_default())
 }
 
 fn write_file(
@@ -279,16 +284,17 @@ impl MotionFiles {
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_motion_rows(
     files: &MotionFiles,
-    session: &str,
+    evaluation: &Evaluation,
     rows: &MotionRows,
 ) -> Result<(), SessionError> {
+    let session = &evaluation.session.name;
     for (path, table) in [
         (&files.segments, segment_rows(session, rows)),
         (&files.contacts, contact_rows(session, rows)),
         (&files.phases, phase_rows(session, rows)),
     ] {
         let form = TableFormat::from_path(path).unwrap_or(TableFormat::Parquet);
-        write_file(path, form, &table, table.rows, &[])?;
+        write_file(path, form, &table, table.rows, &[key_fact(evaluation)])?;
     }
     Ok(())
 }

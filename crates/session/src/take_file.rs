@@ -8,7 +8,7 @@ use inhand_channels::{
     TakeFile, Views,
 };
 use inhand_model::{
-    Hull, MethodRows, Motion, PerFinger, PerProtocol, Protocol, Provenance, Segments, in_contact,
+    Hull, MethodRows, Motion, PerFinger, PerProtocol, Protocol, Provenance, Segments,
 };
 
 use crate::error::{Located, SessionError};
@@ -169,7 +169,10 @@ pub(crate) fn recorded_contacts(
             Some(EvaluatedSample {
                 sample,
                 error_m: None,
-                contact: Some(counted(distance_m, settings.evaluate.tau_mm / 1e3)),
+                contact: Some(ContactSample::new(
+                    distance_m,
+                    settings.evaluate.tau_mm / 1e3,
+                )),
             })
         })
         .collect();
@@ -188,15 +191,5 @@ fn contact_sample(rows: &MethodRows, row: usize, tau_m: f64) -> Option<ContactSa
     {
         return None; // The object is missing at this instant.
     }
-    Some(counted(distance_m, tau_m))
-}
-
-fn counted(distance_m: PerFinger<f64>, tau_m: f64) -> ContactSample {
-    let in_contact = distance_m.map(|distance_m| in_contact(distance_m, tau_m));
-    let touching = in_contact.as_array().iter().filter(|&&touches| touches);
-    ContactSample {
-        distance_m,
-        in_contact,
-        count: touching.count(),
-    }
+    Some(ContactSample::new(distance_m, tau_m))
 }

@@ -6,7 +6,9 @@ use anyhow::Result;
 use inhand_model::Finding;
 use inhand_session::steps::ProtocolRows;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{Settings, Take, evaluate_stored, generated_by, provenance, write_text};
+use inhand_session::{
+    Settings, Take, evaluate_stored, generated_by, provenance, results_key, write_text,
+};
 
 use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data, wrapped};
@@ -78,19 +80,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     let task = console.step("evaluating");
-    let evaluated = evaluate_stored(&mut takes, &dictionary, &settings)?;
+    let mut evaluated = evaluate_stored(&mut takes, &dictionary, &settings)?;
     drop(task);
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &evaluated.settings, hashes);
     let steps = takes.iter().flat_map(|take| take.provenance.clone());
     let chain: Vec<_> = steps.chain([made]).collect();
+    evaluated.evaluation.key = Some(results_key(&evaluated.evaluation.session.name, &chain));
     let evaluation = &evaluated.evaluation;
     let text = inhand_report::evaluation_json(evaluation, &chain)?;
-    let name = &evaluation.session.name;
     let write = |path: &Path, rows: Option<ProtocolRows<'_>>| {
         write_output(path, args.output.force, |path| match rows {
-            Some(rows) => write_rows(path, name, rows, args.row_positions),
+            Some(rows) => write_rows(path, evaluation, rows, args.row_positions),
             None => write_text(path, &text),
         })
     };

@@ -429,6 +429,7 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
         movement: Some(motion::movement()),
         contacts: object.then(motion::contacts),
         inspection: Some(inspection()),
+        key: None,
     }
 }
 

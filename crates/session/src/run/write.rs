@@ -105,10 +105,11 @@ pub(super) fn write_reports(
         generated: &run.generated[protocol],
     };
     times.time("report", || {
-        let session = &evaluation.session.name;
         let write_rows = |path: &Path, protocol| match files.is_kept(path) {
             true => Ok(()),
-            false => tables::write_rows(path, session, of(protocol), options.scope.row_positions),
+            false => {
+                tables::write_rows(path, evaluation, of(protocol), options.scope.row_positions)
+            }
         };
         let (tables, (json, page)) = both(
             || {
@@ -117,14 +118,17 @@ pub(super) fn write_reports(
                     || write_rows(&files.held_out_rows, Protocol::HeldOut),
                 );
                 published.and(held_out)?;
-                tables::write_motion_rows(&files.motion, session, &run.judged.motion)
+                tables::write_motion_rows(&files.motion, evaluation, &run.judged.motion)
             },
             || {
                 both(
                     || inhand_report::evaluation_json(evaluation, report.provenance),
                     || {
                         let (html, figures) = inhand_report::html_and_figures(&report)?;
-                        Ok::<_, SessionError>((html, write_figures(&files.figures, &figures)?))
+                        Ok::<_, SessionError>((
+                            html,
+                            write_figures(&files.figures, &figures, evaluation.key.as_deref())?,
+                        ))
                     },
                 )
             },

@@ -1,9 +1,11 @@
 //! Two evaluations side by side.
 
-use inhand_evaluation::{MethodOf, compare_contacts, compare_errors, same_segments};
+use inhand_evaluation::{
+    MethodOf, compare_contacts, compare_errors, same_segments, stated_contacts, stated_errors,
+};
 use inhand_model::{
-    Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison,
-    EvaluationRows, Finger, HeldOutComparison, Measure, MethodEvaluation, Protocol, Statistics,
+    Bootstrap, Cluster, ComparedSide, Drawn, EvaluationComparison, EvaluationRows,
+    HeldOutComparison, MethodEvaluation, Protocol,
 };
 
 use super::part::Part;
@@ -106,7 +108,7 @@ fn same_takes(before: &Part, after: &Part) -> bool {
 
 fn side(part: &Part) -> ComparedSide {
     ComparedSide {
-        file: part.path.display().to_string(),
+        file: part.file(),
         session: part.evaluation.session.name.clone(),
         held_out: part.evaluation.held_out.is_some(),
     }
@@ -161,51 +163,5 @@ fn method_of<'a>(rows: &'a EvaluationRows, method: &MethodEvaluation) -> Option<
             .contact
             .as_ref()
             .map_or(f64::NAN, |contact| contact.tau_m),
-    })
-}
-
-/// Changes of what both evaluations state, without intervals.
-fn stated_errors(old: &MethodEvaluation, new: &MethodEvaluation) -> Vec<ErrorChange> {
-    let of = |method: &MethodEvaluation, finger: Option<Finger>| -> Statistics {
-        finger.map_or(method.error.all, |finger| method.error.by_finger[finger])
-    };
-    let value = |error: &Statistics, measure| match measure {
-        Measure::Mean => error.mean,
-        Measure::Rmse => error.rmse,
-        Measure::P50 => error.p50,
-        Measure::P75 => error.p75,
-        Measure::P95 => error.p95,
-    };
-    let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
-    fingers
-        .map(|finger| (finger, of(old, finger), of(new, finger)))
-        .filter(|(_, old, new)| old.n > 0 && new.n > 0)
-        .flat_map(|(finger, before, after)| {
-            Measure::ALL.map(|measure| ErrorChange {
-                before_method: old.name.clone(),
-                after_method: new.name.clone(),
-                finger,
-                measure,
-                before_m: value(&before, measure),
-                after_m: value(&after, measure),
-                relative_change: ErrorChange::relative_change(
-                    value(&before, measure),
-                    value(&after, measure),
-                ),
-                absolute: None,
-                relative: None,
-            })
-        })
-        .collect()
-}
-
-fn stated_contacts(old: &MethodEvaluation, new: &MethodEvaluation) -> Option<ContactChange> {
-    let (before, after) = (old.contact.as_ref()?, new.contact.as_ref()?);
-    Some(ContactChange {
-        before_method: old.name.clone(),
-        after_method: new.name.clone(),
-        before: before.three_or_more,
-        after: after.three_or_more,
-        absolute: None,
     })
 }

@@ -118,7 +118,7 @@ fn pooled(
         .map(|(name, of_parts)| Contestant {
             name,
             baseline: of_parts.iter().all(|method| method.baseline),
-            mean_error_m: pooled_mean(of_parts.iter().map(|method| &method.error.all)),
+            mean_error_m: Statistics::pooled_mean(of_parts.iter().map(|method| &method.error.all)),
         })
         .collect();
     let default = methods.iter().position(|name| name == default_method);
@@ -163,7 +163,9 @@ fn pooled(
         description: of_parts[0].description.clone(),
         baseline: of_parts[0].baseline,
         error: HandAndFingers::from_fn(|finger| errors[&(place, finger)]),
-        contacts: added(of_parts.iter().filter_map(|method| shared(method))),
+        contacts: (of_parts.iter())
+            .filter_map(|method| SharedContacts::stated(method))
+            .reduce(SharedContacts::plus),
     };
     // The method to look at first comes first.
     let of_shown = shown.into_iter().flatten().flat_map(|place| {
@@ -274,39 +276,11 @@ fn most_frequent_default(parts: &[Part], methods: &[String]) -> String {
         .unwrap_or_default()
 }
 
-fn pooled_mean<'a>(errors: impl Iterator<Item = &'a Statistics>) -> f64 {
-    let (n, sum) = errors
-        .filter(|error| error.n > 0)
-        .fold((0.0, 0.0), |(n, sum), error| {
-            (n + error.n as f64, sum + error.mean * error.n as f64)
-        });
-    sum / n
-}
-
-/// Counts behind the shares that an evaluation states; shares of whole instants come back exactly.
-fn shared(method: &MethodEvaluation) -> Option<SharedContacts> {
-    let contact = method.contact.as_ref().filter(|contact| contact.n > 0)?;
-    let count = |share: f64| (share * contact.n as f64).round() as usize;
-    Some(SharedContacts {
-        n: contact.n,
-        three_or_more: count(contact.three_or_more),
-        recorded_three_or_more: count(contact.recorded_three_or_more),
-    })
-}
-
-fn added(contacts: impl Iterator<Item = SharedContacts>) -> Option<SharedContacts> {
-    contacts.reduce(|a, b| SharedContacts {
-        n: a.n.saturating_add(b.n),
-        three_or_more: a.three_or_more.saturating_add(b.three_or_more),
-        recorded_three_or_more: a
-            .recorded_three_or_more
-            .saturating_add(b.recorded_three_or_more),
-    })
-}
-
 /// Of every session; one without an object adds nothing.
 fn contact_counts(of_parts: &[&MethodEvaluation]) -> Option<Vec<SharedContacts>> {
-    let counts: Vec<_> = of_parts.iter().map(|method| shared(method)).collect();
+    let counts: Vec<_> = (of_parts.iter())
+        .map(|method| SharedContacts::stated(method))
+        .collect();
     let any = counts.iter().any(Option::is_some);
     any.then(|| counts.into_iter().map(Option::unwrap_or_default).collect())
 }
@@ -360,7 +334,7 @@ fn session(part: &Part, name: String, methods: &[String], held_out: bool) -> Ses
                 held_out: (part.method(Protocol::HeldOut, &method.name))
                     .filter(|_| held_out)
                     .map(|method| method.error),
-                contacts: shared(method),
+                contacts: SharedContacts::stated(method),
             })
             .collect(),
     }

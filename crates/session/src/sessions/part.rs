@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use inhand_export::RowsFile;
 use inhand_model::{Evaluation, EvaluationRows, Finger, MethodEvaluation, Protocol, Provenance};
 
-use crate::error::{Located, SessionError};
+use crate::error::{Located, SessionError, in_words};
+use crate::files::folder_and_name;
 
 /// Names of the two files of a part.
 const EVALUATION_FILE: &str = "evaluation.json";
@@ -50,7 +51,7 @@ impl Part {
         };
         let text = std::fs::read_to_string(&path).map_err(SessionError::io("read", &path))?;
         let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
-            .map_err(|error| SessionError::data(&path, reason(&error)))?;
+            .map_err(|error| SessionError::data(&path, in_words(&error)))?;
         let open = |name: &str| {
             let beside = path.with_file_name(name);
             let rows = beside
@@ -101,25 +102,31 @@ impl Part {
 
     /// Folder and name of the evaluation's file: the same however it was given.
     pub(super) fn file(&self) -> String {
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        match self.folder() {
-            Some(folder) => format!("{folder}/{name}"),
-            None => name.into_owned(),
-        }
+        folder_and_name(&self.path)
     }
 
     /// Name of the folder of the results.
     pub(super) fn folder(&self) -> Option<String> {
-        let path = self.path.canonicalize().ok()?;
-        Some(path.parent()?.file_name()?.to_string_lossy().into_owned())
+        Some(self.file().split_once('/')?.0.to_owned())
     }
 
-    /// Whether the rows can be of this evaluation, as far as names tell.
+    /// Whether the rows are of this evaluation: of the same key, and as far as names tell.
     fn check_rows(&self, protocol: Protocol) -> Result<(), SessionError> {
         let (Some(rows), file) = self.rows_of(protocol) else {
             return Ok(());
         };
         let beside = &self.path.with_file_name(file);
+        if let (Some(own), Some(found)) = (self.evaluation.key.as_deref(), rows.key())
+            && own != found
+        {
+            let [own, found] = [own, found].map(|key| key.get(..12).unwrap_or(key));
+            let message = format!(
+                "it carries the key {found}, and {} the key {own}: they are of different runs. Keep the files of a run \
+                 together, or write both again (`inhand run`, `inhand evaluate --rows`)",
+                self.path.display(),
+            );
+            return Err(SessionError::data(beside, message));
+        }
         let methods = self.evaluation.methods(protocol).iter();
         let methods = methods.map(|method| &method.name);
         let (expected, found) = (&self.evaluation.session.name, rows.session());
@@ -260,13 +267,5 @@ impl Part {
             .filter(|input| is_test(&input.name))
             .map(|input| (input.name.as_str(), input.sha256.as_str()))
             .collect()
-    }
-}
-
-/// An error of the document with what the JSON reader says of it.
-fn reason(error: &inhand_report::ReportError) -> String {
-    match std::error::Error::source(error) {
-        Some(source) => format!("{error}: {source}"),
-        None => error.to_string(),
     }
 }

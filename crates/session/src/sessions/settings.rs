@@ -1,6 +1,6 @@
 //! Settings in which evaluations differ.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use inhand_model::SettingDifference;
 use serde_json::Value;
@@ -21,13 +21,10 @@ const OF_THE_RECORDING: [&str; 9] = [
     "fingers",
 ];
 
-/// Value shown for a setting that is not there.
-const NOT_SET: &str = "not set";
-
 /// Settings that are not the same in all parts, those that say what was recorded left out, and the version of
 /// the tool.
 pub(super) fn differences(parts: &[&Part]) -> Vec<SettingDifference> {
-    differing(&parts.iter().map(|part| of(part)).collect::<Vec<_>>())
+    SettingDifference::among(&parts.iter().map(|part| of(part)).collect::<Vec<_>>())
 }
 
 /// Settings that make the motion and the segments that a part is judged on, each with the step that applies it;
@@ -46,7 +43,8 @@ const OF_THE_REFERENCE: [(&str, &str); 9] = [
 
 /// Differences in the recorded motion that parts are judged on: settings that make it, test files, segments.
 pub(super) fn reference(parts: &[&Part]) -> Vec<SettingDifference> {
-    let mut found = differing(&parts.iter().map(|part| judged_on(part)).collect::<Vec<_>>());
+    let mut found =
+        SettingDifference::among(&parts.iter().map(|part| judged_on(part)).collect::<Vec<_>>());
     // Files that one of them does not name are unknown.
     found.retain(|own| !own.values.contains(&String::new()));
     found
@@ -80,22 +78,6 @@ fn judged_on(part: &Part) -> BTreeMap<String, String> {
         found.insert(key.to_owned(), value);
     }
     found
-}
-
-fn differing(settings: &[BTreeMap<String, String>]) -> Vec<SettingDifference> {
-    let keys: BTreeSet<&String> = settings.iter().flat_map(BTreeMap::keys).collect();
-    keys.into_iter()
-        .filter_map(|key| {
-            let values: Vec<String> = (settings.iter())
-                .map(|of_part| of_part.get(key).map_or(NOT_SET, String::as_str).to_owned())
-                .collect();
-            let differ = values.iter().any(|value| *value != values[0]);
-            differ.then(|| SettingDifference {
-                key: key.clone(),
-                values,
-            })
-        })
-        .collect()
 }
 
 /// Effective settings of the last step that made a part, by dotted key.

@@ -1,7 +1,7 @@
 //! Confidence intervals of an evaluation.
 
 use inhand_evaluation::{Contestant, session_intervals};
-use inhand_model::{Bootstrap, Cluster, EvaluationRows, Intervals, MethodEvaluation, Statistics};
+use inhand_model::{Bootstrap, Cluster, EvaluationRows, Intervals, MethodEvaluation};
 
 use crate::error::SessionError;
 use crate::settings::Settings;
@@ -30,28 +30,13 @@ pub fn intervals(
         seed: SEED,
         confidence: evaluate.confidence,
     };
+    let contestants: Vec<_> = methods.iter().map(Contestant::new).collect();
     let found = session_intervals(
         rows,
-        &contestants(methods),
+        &contestants,
         methods.first().map_or("", |method| &method.name),
         evaluate.tau_mm / 1e3,
         bootstrap,
     )?;
     Ok(Some(found))
-}
-
-/// Methods as a bootstrap needs to know them.
-fn contestants(methods: &[MethodEvaluation]) -> Vec<Contestant<'_>> {
-    let judged = |error: &Statistics| error.n > 0;
-    (methods.iter())
-        .map(|method| Contestant {
-            name: &method.name,
-            baseline: method.baseline,
-            mean_error_m: if judged(&method.error.all) {
-                method.error.all.mean
-            } else {
-                f64::NAN
-            },
-        })
-        .collect()
 }

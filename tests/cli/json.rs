@@ -10,7 +10,7 @@ use crate::support::{Bench, SMALL, stderr};
 const BASE: &str = "https://inhand.invalid/schemas/";
 
 /// A schema, the call that prints a document of it or the file that is one, and the exit code.
-const DOCUMENTS: [(&str, &[&str], i32); 32] = [
+const DOCUMENTS: [(&str, &[&str], i32); 34] = [
     ("clean", &["clean", "train.csv"], 0),
     ("clean", &["clean", "faulty.csv"], 0),
     (
@@ -172,6 +172,8 @@ const DOCUMENTS: [(&str, &[&str], i32); 32] = [
         ],
         0,
     ),
+    ("verify", &["verify", "out"], 0),
+    ("verify", &["verify", "torn.mcap"], 3),
     ("recover", &["recover", "tf.mcap", "-o", "whole.mcap"], 0),
     ("recover", &["recover", "torn.mcap", "-o", "saved.mcap"], 3),
     (

@@ -38,4 +38,5 @@ mod support;
 mod tables;
 #[cfg(unix)]
 mod targets;
+mod verify;
 mod view;

@@ -72,6 +72,7 @@ mod streams;
 mod take;
 mod topic;
 mod topic_role;
+mod verify;
 mod view;
 mod wire;
 mod write;
@@ -104,4 +105,5 @@ pub use take::{
 };
 pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
 pub use topic_role::{TopicRole, TopicSource, take_topics};
+pub use verify::{VerifiedFile, verify};
 pub use write::{TakeWriter, ViewsFor, view_channels, view_topics, write_take, write_views};

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use foxglove::messages::{Event, FrameTransforms, Log, PointCloud, SceneUpdate};
 use foxglove::{Encode, Schema};
-use prost::Message;
+use inhand_container::SchemaFacts;
+use prost::{DecodeError, Message};
 
 use crate::messages;
 
@@ -27,7 +28,12 @@ macro_rules! ours {
                 Schema::new(name, "protobuf", descriptors)
             }
         }
-    )*};
+    )*
+
+    /// Schemas of ours, with how their messages are decoded.
+    const OURS: &[(fn() -> Schema, Decode)] =
+        &[$((messages::$message::schema, decode::<messages::$message>)),*];
+    };
 }
 
 ours! {
@@ -50,10 +56,47 @@ macro_rules! viewers {
                     .expect("every message of the foxglove crate has a schema")
             }
         }
-    )*};
+    )*
+
+    /// The same of viewers.
+    const VIEWERS: &[(fn() -> Schema, Decode)] = &[$(($message::schema, decode::<$message>)),*];
+    };
 }
 
 viewers!(Event, FrameTransforms, Log, PointCloud, SceneUpdate);
+
+/// Decodes a message, and forgets it.
+pub(crate) type Decode = fn(&[u8]) -> Result<(), DecodeError>;
+
+fn decode<M: Logged + Default>(data: &[u8]) -> Result<(), DecodeError> {
+    M::decode(data).map(drop)
+}
+
+/// A schema whose messages this crate writes.
+pub(crate) enum KnownSchema {
+    /// As this crate writes it.
+    Same(Decode),
+    /// One of ours with other descriptors: new fields are no error.
+    OtherVersion(Decode),
+}
+
+impl KnownSchema {
+    /// `None` for a schema of another program.
+    pub(crate) fn find(schema: &SchemaFacts) -> Option<Self> {
+        let find = |known: &[(fn() -> Schema, Decode)]| {
+            let known = known.iter().map(|&(own, decode)| (own(), decode));
+            let mut of_name = known.filter(|(own, _)| own.name == schema.name);
+            of_name
+                .next()
+                .map(|(own, decode)| (own.data == schema.data, decode))
+        };
+        match (find(OURS), find(VIEWERS)) {
+            (Some((true, decode)), _) | (_, Some((true, decode))) => Some(Self::Same(decode)),
+            (Some((false, decode)), _) => Some(Self::OtherVersion(decode)),
+            _ => None,
+        }
+    }
+}
 
 /// A `FileDescriptorSet` whose files stay bytes.
 #[derive(Clone, PartialEq, Message)]

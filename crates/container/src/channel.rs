@@ -69,7 +69,7 @@ pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
 /// Schemas and channels of a file as far as they are known, the last of each id.
 #[derive(Default)]
 pub(crate) struct Definitions {
-    schemas: BTreeMap<u16, SchemaFacts>,
+    pub(crate) schemas: BTreeMap<u16, SchemaFacts>,
     pub(crate) channels: BTreeMap<u16, ChannelFacts>,
 }
 

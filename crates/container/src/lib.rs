@@ -32,10 +32,11 @@
 //! ```
 //!
 //! Time is log time, nanoseconds since 1970-01-01 UTC. [`walk`] visits records parsed, [`recover`] saves
-//! what is sound of a damaged file, and [`verify`] reads a file back with every checksum. A [`Timeline`]
-//! gives messages by log time from any instant on.
+//! what is sound of a damaged file, [`verify`] reads a file back with every checksum, and [`audit`] compares
+//! everything that a file states twice. A [`Timeline`] gives messages by log time from any instant on.
 
 mod attachment;
+mod audit;
 mod channel;
 mod chunk;
 mod error;
@@ -56,12 +57,13 @@ mod verify;
 mod walk;
 mod writer;
 
+pub use audit::{Audit, Difference, Differences, Visit, audit};
 pub use channel::{ChannelFacts, Latch, SchemaFacts, latch};
 pub use chunk::{Packing, is_zstd, unpack_zstd, zstd_size};
 pub use error::ContainerError;
 pub use interval::Interval;
 pub use limit::{memory_limit, set_memory_limit};
-pub use mcap::records::Record;
+pub use mcap::records::{MessageHeader, Record};
 pub use merge::{Merge, Merged, merge};
 pub use overview::{Listed, MetadataRecord, channels, listed, metadata, profile, span};
 pub use recover::{Loss, Recovered, recover};

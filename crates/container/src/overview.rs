@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mcap::records::{ChunkIndex, Metadata, Record, Statistics, op};
+use mcap::records::{ChunkIndex, Footer, Metadata, Record, Statistics, op};
 
 use crate::channel::{ChannelFacts, Definitions};
 use crate::error::ContainerError;
@@ -128,41 +128,71 @@ pub(crate) enum End {
 impl End {
     /// `None` for a file without a footer at its end.
     pub(crate) fn read(source: &mut Source<'_>) -> Result<Option<Self>, ContainerError> {
-        let end = (FOOTER_BYTES + mcap::MAGIC.len()) as u64;
-        let Some(footer_offset) = source.bytes().checked_sub(end) else {
+        let Some(stored) = footer(source)? else {
             return Ok(None);
         };
-        let mut footer = Vec::new();
-        source.read_at(footer_offset, end, &mut footer)?;
-        let Some(footer) = footer.strip_suffix(mcap::MAGIC) else {
-            return Ok(None);
-        };
-        let (Some((&[opcode, ..], body)), Some(&covered)) = (
-            footer.split_first_chunk::<PREFIX_BYTES>(),
-            footer.first_chunk::<{ PREFIX_BYTES + FOOTER_COVERED_BYTES }>(),
-        ) else {
-            return Ok(None);
-        };
-        let Ok(Record::Footer(footer)) = parse_record(opcode, body) else {
-            return Ok(None);
-        };
+        let StoredFooter { footer, .. } = stored;
         if footer.summary_start == 0 {
             return Ok(Some(End::Bare));
         }
-        let length = footer_offset.checked_sub(footer.summary_start);
-        let Some(length) = length.filter(|&length| length <= MOST_SUMMARY_BYTES) else {
-            return Ok(Some(End::Damaged));
-        };
-        let mut summary = Vec::new();
-        source.read_at(footer.summary_start, length, &mut summary)?;
-        summary.extend_from_slice(&covered);
-        if footer.summary_crc != 0 && footer.summary_crc != crc32fast::hash(&summary) {
-            return Ok(Some(End::Damaged));
-        }
-        summary.truncate(summary.len() - covered.len());
-        let overview = Overview::parse(&summary);
+        let summary = summary_bytes(source, &stored)?;
+        let sound = summary.filter(|(_, sum)| [0, *sum].contains(&footer.summary_crc));
+        let overview = sound.and_then(|(summary, _)| Overview::parse(&summary));
         Ok(Some(overview.map_or(End::Damaged, End::Summary)))
     }
+}
+
+/// The footer of a file with its place.
+pub(crate) struct StoredFooter {
+    pub(crate) offset: u64,
+    pub(crate) footer: Footer,
+    /// Bytes of it that the checksum of the summary covers.
+    covered: [u8; PREFIX_BYTES + FOOTER_COVERED_BYTES],
+}
+
+/// The footer that a file ends with; `None` for a file that ends otherwise.
+pub(crate) fn footer(source: &mut Source<'_>) -> Result<Option<StoredFooter>, ContainerError> {
+    let end = (FOOTER_BYTES + mcap::MAGIC.len()) as u64;
+    let Some(offset) = source.bytes().checked_sub(end) else {
+        return Ok(None);
+    };
+    let mut bytes = Vec::new();
+    source.read_at(offset, end, &mut bytes)?;
+    let Some(bytes) = bytes.strip_suffix(mcap::MAGIC) else {
+        return Ok(None);
+    };
+    let (Some((&[opcode, ..], body)), Some(&covered)) = (
+        bytes.split_first_chunk::<PREFIX_BYTES>(),
+        bytes.first_chunk(),
+    ) else {
+        return Ok(None);
+    };
+    Ok(match parse_record(opcode, body) {
+        Ok(Record::Footer(footer)) => Some(StoredFooter {
+            offset,
+            footer,
+            covered,
+        }),
+        _ => None,
+    })
+}
+
+/// The summary of a file with its checksum; `None` where the footer points to none or to one that is too large.
+pub(crate) fn summary_bytes(
+    source: &mut Source<'_>,
+    stored: &StoredFooter,
+) -> Result<Option<(Vec<u8>, u32)>, ContainerError> {
+    let start = stored.footer.summary_start;
+    let length = stored.offset.checked_sub(start);
+    let Some(length) = length.filter(|&length| length <= MOST_SUMMARY_BYTES) else {
+        return Ok(None);
+    };
+    let mut summary = Vec::new();
+    source.read_at(start, length, &mut summary)?;
+    let mut sum = crc32fast::Hasher::new();
+    sum.update(&summary);
+    sum.update(&stored.covered);
+    Ok(Some((summary, sum.finalize())))
 }
 
 /// A metadata record.

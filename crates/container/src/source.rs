@@ -116,7 +116,11 @@ impl<'a> Source<'a> {
     }
 
     /// Goes back to the first record.
-    pub(crate) fn rewind(&mut self) -> Result<(), ContainerError> {
+    ///
+    /// # Errors
+    ///
+    /// [`ContainerError::Read`].
+    pub fn rewind(&mut self) -> Result<(), ContainerError> {
         self.jump(mcap::MAGIC.len() as u64)?;
         let mut sum = Hasher::new();
         sum.update(mcap::MAGIC);
@@ -183,39 +187,45 @@ impl<'a> Source<'a> {
         Ok(Some(head))
     }
 
+    /// Where the record starts that comes next.
+    pub(crate) fn next_offset(&self) -> u64 {
+        self.next
+    }
+
     /// Compares the checksum that this record states of what is before it.
     fn check_sum(&mut self, head: Head) -> Result<(), ContainerError> {
         let sum = self.sum.take();
         let mut body = Vec::new();
         self.read_on(head.bytes.min(64), &mut body)?;
-        let place = self.place(head.offset);
-        let record = place.parse(head.opcode, &body)?;
-        match (record, sum, self.part) {
-            (Record::DataEnd(end), Some(sum), Part::Data) if end.data_section_crc != 0 => {
-                let calculated = sum.finalize();
-                if calculated != end.data_section_crc {
-                    let what = "checksum of everything before it";
-                    return Err(place.bad_sum(what, end.data_section_crc, calculated));
-                }
+        let record = self.place(head.offset).parse(head.opcode, &body)?;
+        let compared = match (record, sum, self.part) {
+            (Record::DataEnd(end), Some(sum), Part::Data) => {
+                let what = "checksum of everything before it";
+                Some((what, end.data_section_crc, sum.finalize()))
             }
-            (Record::Footer(footer), Some(mut sum), Part::Summary) if footer.summary_crc != 0 => {
+            (Record::Footer(footer), Some(mut sum), Part::Summary) => {
                 sum.update(&prefix(head.opcode, head.bytes));
                 sum.update(&body[..FOOTER_COVERED_BYTES]);
-                let calculated = sum.finalize();
-                if calculated != footer.summary_crc {
-                    let what = "checksum of the summary";
-                    return Err(place.bad_sum(what, footer.summary_crc, calculated));
-                }
+                Some((
+                    "checksum of the summary",
+                    footer.summary_crc,
+                    sum.finalize(),
+                ))
             }
-            _ => {}
-        }
+            _ => None,
+        };
         // The body can be asked for all the same.
         self.seek(head.body())?;
         self.part = match head.opcode {
             op::DATA_END => Part::Summary,
             _ => Part::End,
         };
-        Ok(())
+        match compared {
+            Some((what, stated, calculated)) if stated != 0 && stated != calculated => {
+                Err(self.place(head.offset).bad_sum(what, stated, calculated))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Reads the body of the record whose head was read last.

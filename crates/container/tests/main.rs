@@ -5,6 +5,7 @@
     reason = "helpers of tests may stop at what cannot fail"
 )]
 
+mod audit;
 mod kept;
 mod merge;
 mod recover;

@@ -48,6 +48,8 @@ inhand merge take.mcap robot.mcap -o both.mcap
 inhand merge a.mcap b.mcap --keep-both -o both.mcap
 inhand recover broken.mcap -o saved.mcap
 inhand recover broken.mcap -o saved.mcap --force
+inhand verify out --inputs session
+inhand verify bag.mcap --format json
 inhand play out/take.mcap
 inhand play out/take.mcap --speed 0.5 --start 12 --loop
 inhand layout out/take.mcap -o layout.json

@@ -75,6 +75,7 @@
 pub mod filter;
 
 mod boundary;
+mod compare;
 mod process;
 mod segments;
 mod settings;
@@ -90,6 +91,7 @@ mod rigid_fit;
 mod spectrum;
 
 pub use body::{in_role, role_body};
+pub use compare::{Deviation, deviations};
 pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;

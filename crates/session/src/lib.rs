@@ -51,6 +51,7 @@ mod stored;
 pub mod tables;
 mod take;
 mod take_file;
+mod verify;
 mod view;
 
 pub use check::check_take;
@@ -87,6 +88,7 @@ pub use take::{Cleaning, Take, check_rates, hash_take, read, read_clean, read_se
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };
+pub use verify::{InputFiles, Verified, verifiable, verify};
 pub use view::{Viewed, ViewedKind, add_views};
 
 /// Name and version of the tool, as written into files.

@@ -26,6 +26,7 @@ mod report;
 mod run;
 mod settings;
 mod simulate;
+mod verify;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -82,6 +83,7 @@ pub(crate) enum Command {
     Merge(merge::Args),
     /// Recover intact data from a damaged MCAP file
     Recover(recover::Args),
+    Verify(verify::Args),
     Play(play::Args),
     Layout(layout::Args),
     /// Simulate a session of a hand that turns an object
@@ -115,6 +117,7 @@ impl Command {
             Command::Filter(args) => filter::run(console, args),
             Command::Merge(args) => merge::run(console, args),
             Command::Recover(args) => recover::run(console, args),
+            Command::Verify(args) => verify::run(console, args),
             Command::Play(args) => play::run(console, args),
             Command::Layout(args) => layout::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),

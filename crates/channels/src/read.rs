@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Read};
 
 use foxglove::messages::{Log, log};
-use inhand_container::{Depth, Record, walk};
+use inhand_container::{Depth, Record, parse_record, walk};
 use inhand_model::{
     Annotations, Body, Change, ChangeKind, Finding, Finger, Hand, Marker, Motion, Object,
     PerFinger, Pose, Position, Recording, Severity, TrackedBody, World,
@@ -433,7 +433,7 @@ pub fn read_leading_metadata(mut file: impl Read) -> io::Result<Metadata> {
         }
         body.clear();
         file.by_ref().take(length).read_to_end(&mut body)?;
-        match mcap::parse_record(opcode, &body) {
+        match parse_record(opcode, &body) {
             Ok(mcap::records::Record::Metadata(facts)) => {
                 metadata.0.insert(facts.name, facts.metadata);
             }

@@ -5,7 +5,8 @@ use std::io::Cursor;
 use std::sync::LazyLock;
 
 use inhand_channels::{
-    ChannelError, info, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
+    ChannelError, info, read_dictionary, read_generated, read_leading_metadata, read_metadata,
+    read_take, write_dictionary,
 };
 use inhand_container::ContainerError;
 use inhand_model::Protocol;
@@ -437,4 +438,14 @@ fn sound_files_without_what_is_asked_for_say_what_they_have() {
         error.contains("/dictionary/model") && error.contains("inhand convert"),
         "{error}"
     );
+}
+
+#[test]
+fn leading_metadata_with_a_huge_length_costs_no_memory() {
+    // A length of 4 GiB: refused rather than trusted.
+    for body in [&[255; 8][..], &[0, 0, 0, 0, 255, 255, 255, 255]] {
+        let head = [&[op::METADATA], &8_u64.to_le_bytes()[..], body].concat();
+        let found = read_leading_metadata(&[mcap::MAGIC, &head].concat()[..]).unwrap();
+        assert!(found.provenance("a.mcap").unwrap().is_empty());
+    }
 }

@@ -48,12 +48,13 @@ fn fields(opcode: u8) -> &'static [Field] {
     }
 }
 
-/// Takes a record apart as mcap does, an attachment with its checksum compared.
+/// Takes a record apart as mcap does, an attachment with its checksum compared, but takes no memory on the word of a
+/// damaged length.
 ///
 /// # Errors
 ///
 /// [`McapError::UnexpectedEof`] where a length goes beyond the body, and what mcap says.
-pub(crate) fn parse_record(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
+pub fn parse_record(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     if has_fields(opcode, body) {
         mcap::parse_record(opcode, body)
     } else {

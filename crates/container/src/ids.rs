@@ -162,6 +162,8 @@ impl Ids {
         let mut body = body.to_vec();
         set_id(&mut body, id);
         if let Record::Channel(channel) = record
+            // Number 0 means none, also where a file has a schema of that number.
+            && channel.schema_id != 0
             && let Some(schema) = self.schemas.of_file.get(&(file, channel.schema_id))
         {
             set_id(&mut body[2..], *schema);

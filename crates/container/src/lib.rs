@@ -61,6 +61,7 @@ pub use audit::{Audit, Difference, Differences, Visit, audit};
 pub use channel::{ChannelFacts, Latch, SchemaFacts, latch};
 pub use chunk::{Packing, is_zstd, unpack_zstd, zstd_size};
 pub use error::ContainerError;
+pub use fields::parse_record;
 pub use interval::Interval;
 pub use limit::{memory_limit, set_memory_limit};
 pub use mcap::records::{MessageHeader, Record};

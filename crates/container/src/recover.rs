@@ -11,6 +11,7 @@ use std::io::{Read, Seek, Write};
 use mcap::records::op;
 
 use crate::error::ContainerError;
+use crate::fields::stated_bytes;
 use crate::format::Records;
 use crate::overview::MetadataRecord;
 use crate::source::Source;
@@ -65,7 +66,9 @@ pub fn recover(
     let header = start.get(mcap::MAGIC.len()..).and_then(|records| {
         let first = Records(records).next().flatten();
         let (_, body) = first.filter(|(opcode, _)| *opcode == op::HEADER)?;
-        (source.place(0).parse(op::HEADER, body).is_ok()).then_some(body)
+        source.place(0).parse(op::HEADER, body).ok()?;
+        // What follows its texts may be other records, which the next reader would find there.
+        body.get(..usize::try_from(stated_bytes(op::HEADER, body)?).ok()?)
     });
     let is_sound = survey.is_sound();
     let header = header.unwrap_or(&[0; 8]);

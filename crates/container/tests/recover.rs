@@ -322,3 +322,68 @@ fn a_chunk_packed_by_lz4_gives_what_lies_before_its_cut() {
     let kept = sent(&out).len();
     assert!((700..=1000).contains(&kept), "{kept}");
 }
+
+/// A record as bytes.
+fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+    [&[opcode], &(body.len() as u64).to_le_bytes()[..], body].concat()
+}
+
+/// A file of these records, which has no summary.
+fn of_records(records: &[Vec<u8>]) -> Vec<u8> {
+    let end = [record(op::DATA_END, &[0; 4]), record(op::FOOTER, &[0; 20])];
+    let all = [&records.concat()[..], &end.concat()];
+    [mcap::MAGIC, &all.concat(), mcap::MAGIC].concat()
+}
+
+#[test]
+fn private_records_in_a_row_are_no_damage() {
+    let header = record(op::HEADER, &[0; 8]);
+    let private = record(0x8c, b"private");
+    let bytes = of_records(&[header, private.clone(), private.clone(), private]);
+    let (out, recovered) = saved(&bytes);
+    assert!(!recovered.is_lossy(), "{recovered:#?}");
+    assert_eq!(records(&out), records(&bytes));
+}
+
+#[test]
+fn records_within_a_header_are_not_copied_with_it() {
+    // Both texts are empty; what follows them looks like another file.
+    let inside = [mcap::MAGIC, &record(op::HEADER, &[0; 8])].concat();
+    let header = record(op::HEADER, &[&[0; 8][..], &inside].concat());
+    let (out, _) = saved(&of_records(&[header]));
+    let (again, recovered) = saved(&out);
+    assert!(!recovered.is_lossy(), "{recovered:#?}");
+    assert_eq!(again, out);
+}
+
+#[test]
+fn a_damaged_attachment_behind_the_data_costs_nothing_else() {
+    let header = record(op::HEADER, &[0; 8]);
+    let texts = [&[0; 16][..], &[0; 8], &3_u64.to_le_bytes(), b"abc"].concat();
+    let attachment = record(op::ATTACHMENT, &[&texts[..], &[1; 4]].concat());
+    let end = record(op::DATA_END, &[0; 4]);
+    let footer = [record(op::FOOTER, &[0; 20]), mcap::MAGIC.to_vec()].concat();
+    for behind in [footer, b"no record".to_vec()] {
+        let records = [&header[..], &end, &attachment, &behind].concat();
+        let (_, recovered) = saved(&[mcap::MAGIC, &records].concat());
+        assert_eq!(recovered.written.attachments, 0);
+    }
+}
+
+#[test]
+fn a_schema_of_number_0_is_no_schema_of_channels_without_one() {
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let schema = [&[0, 0][..], &text("S"), &text(""), &text("")].concat();
+    let channel = [&[3, 0, 0, 0][..], &text("/b"), &text("json"), &text("")].concat();
+    let message = [&[3, 0][..], &[0; 20], b"{}"].concat();
+    let channel = record(op::CHANNEL, &channel);
+    let bytes = of_records(&[
+        record(op::HEADER, &[0; 8]),
+        channel.clone(),
+        record(op::MESSAGE, &message),
+        record(op::SCHEMA, &schema),
+        channel,
+    ]);
+    let (out, _) = saved(&bytes);
+    assert_eq!(sent(&out).len(), 1, "others read the copy");
+}

@@ -212,7 +212,8 @@ impl Source<'_> {
     pub(super) fn is_followed(&mut self, head: Head) -> Result<bool, ContainerError> {
         Ok(match self.head_at(head.end())? {
             None => head.end() == self.bytes() || self.is_magic(head.end())?,
-            Some(next) => self.is_likely(next) || self.is_magic(head.end())?,
+            Some(next) if next.opcode >= 0x80 => self.fits(next) || self.is_magic(head.end())?,
+            Some(next) => self.is_likely(next),
         })
     }
 

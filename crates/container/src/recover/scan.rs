@@ -395,7 +395,8 @@ impl<'a, 's> Scan<'a, 's> {
         let Ok(index) = read_index(self.source, head) else {
             return Ok(None);
         };
-        if self.is_sound {
+        // What is no record behind the data does not make a file unsound.
+        if self.is_sound && self.data_end.is_none() {
             self.visitor.attachment(self.source, head)?;
             return Ok(Some(head.end()));
         }
@@ -411,6 +412,7 @@ impl<'a, 's> Scan<'a, 's> {
             }
             Err(error @ (ContainerError::Read { .. } | ContainerError::Write { .. })) => Err(error),
             Err(_) if is_exact && self.source.follows(head.end(), &*self.visitor)? => {
+                self.has_data();
                 let what = format!("attachment \"{}\", whose checksum differs", index.name);
                 self.lose(head.offset, head.end(), what, None);
                 Ok(Some(head.end()))

@@ -387,3 +387,23 @@ fn a_schema_of_number_0_is_no_schema_of_channels_without_one() {
     let (out, _) = saved(&bytes);
     assert_eq!(sent(&out).len(), 1, "others read the copy");
 }
+
+#[test]
+fn what_is_left_over_of_a_zeroed_channel_is_not_written() {
+    let channel = record(op::CHANNEL, &[0; 38]);
+    let message = record(op::MESSAGE, &[0; 24]);
+    let bytes = [
+        mcap::MAGIC,
+        &record(op::HEADER, &[0; 8]),
+        &channel,
+        &message,
+        b"damage",
+    ]
+    .concat();
+    let (out, _) = saved(&bytes);
+    assert_eq!(sent(&out).len(), 1);
+    // Two numbers and three lengths.
+    let mut written = places(&out).into_iter();
+    let (place, _) = written.find(|(_, opcode)| *opcode == op::CHANNEL).unwrap();
+    assert_eq!(out[place + 1], 16);
+}

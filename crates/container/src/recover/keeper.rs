@@ -13,7 +13,7 @@ use super::survey::{Survey, Trust};
 use crate::attachment::pass_attachment;
 use crate::chunk::Packing;
 use crate::error::{ContainerError, Place};
-use crate::fields::parse_record;
+use crate::fields::{parse_record, stated_bytes};
 use crate::format::{MessageFacts, Records, id_of, push_record, set_id, to_bytes};
 use crate::ids::Ids;
 use crate::overview::MetadataRecord;
@@ -89,6 +89,10 @@ impl<'a> Keeper<'a> {
     /// Keeps a schema or channel of a file, a channel after its schema.
     fn define(&mut self, file: usize, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
         let mut body = body.to_vec();
+        // Zeroed bytes are short texts and what is left over, which some readers take for the next record.
+        if let Some(bytes) = stated_bytes(opcode, &body) {
+            body.truncate(usize::try_from(bytes).unwrap_or(body.len()));
+        }
         if let Ok(Record::Channel(channel)) = parse_record(opcode, &body)
             && channel.schema_id != 0
             && self.ids.schema(file, channel.schema_id).is_none()

@@ -1,11 +1,13 @@
 //! Files damaged at random, with a ledger of what is intact in them.
 //!
 //! `INHAND_DAMAGED_FILES` sets how many files are tried (400 unless set), `INHAND_DAMAGE_FROM` the number of
-//! the first one: a failure names the number of its file.
+//! the first one: a failure names the number of its file. `INHAND_KEEP_RECOVERED` names a folder that recovered files are
+//! left in, with the number and sum of their messages, for `tests/reference/read_recovered.py`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Write as _};
 use std::ops::Range;
+use std::path::Path;
 
 use inhand_container::{ContainerError, recover};
 use lz4_flex::frame::FrameEncoder;
@@ -406,6 +408,21 @@ fn read_both_ways(bytes: &[u8]) -> [Vec<Message>; 2] {
     [streamed, indexed]
 }
 
+/// Leaves a recovered file in a folder with the number of its messages and the sum of their checksums.
+fn keep(folder: &Path, number: u64, bytes: &[u8], messages: &[Message]) {
+    let sum = messages
+        .iter()
+        .fold(0_u32, |sum, (topic, sequence, time, data)| {
+            let start = [&sequence.to_le_bytes()[..], &time.to_le_bytes()].concat();
+            sum.wrapping_add(crc32fast::hash(
+                &[topic.as_bytes(), b"\0", &start, data].concat(),
+            ))
+        });
+    std::fs::write(folder.join(format!("{number}.mcap")), bytes).unwrap();
+    let facts = format!("{} {sum}\n", messages.len());
+    std::fs::write(folder.join(format!("{number}.sum")), facts).unwrap();
+}
+
 /// Messages in intact records and how many of them are there, of the file with this number.
 fn tried(number: u64) -> (usize, usize) {
     let mut dice = Dice(number.wrapping_mul(0x1000_0001));
@@ -447,6 +464,9 @@ fn tried(number: u64) -> (usize, usize) {
         recovered.written.messages,
         "{context}"
     );
+    if let Some(folder) = std::env::var_os("INHAND_KEEP_RECOVERED") {
+        keep(Path::new(&folder), number, &out, &streamed);
+    }
     let saved: BTreeSet<&Message> = streamed.iter().collect();
     // Of two definitions without a checksum nobody knows which one is right.
     let in_doubt = !made.summed && recovered.contradictions > 0;

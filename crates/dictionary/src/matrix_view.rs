@@ -157,3 +157,37 @@ fn gemm<T: Real>(alpha: T, a: View<'_, T>, b: View<'_, T>, beta: T, out: &mut [T
         T::gemm(a.rows, a.columns, b.columns, alpha, a_at, b_at, beta, out);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Operands as they are, transposed and cut out of larger ones. Small, so that Miri looks at every access of the call
+    /// of matrixmultiply.
+    #[test]
+    fn products_are_those_of_the_definition() {
+        for (m, k, n) in [(1, 1, 1), (2, 3, 4), (5, 1, 3), (9, 7, 5)] {
+            let numbers: Vec<f64> = (0..(m + 1) * k.max(n) * k)
+                .map(|i| i as f64 - 3.0)
+                .collect();
+            let left = View::columns(&numbers[..(m + 1) * k], m + 1).row_range(&(1..m + 1));
+            let right = View::columns(&numbers[..n * k], n).transposed();
+            let mut out = vec![1.0; m * n];
+            subtract_product(left, right, &mut out);
+            for (at, &found) in out.iter().enumerate() {
+                let (i, j) = (at % m, at / m);
+                let product = |l: usize| numbers[l * (m + 1) + i + 1] * numbers[l * n + j];
+                let sum: f64 = (0..k).map(product).sum();
+                assert_eq!(found, 1.0 - sum, "{m} x {k} x {n}");
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "result inside its slice")]
+    fn a_result_that_is_too_small_is_refused() {
+        let numbers = [1.0; 4];
+        let view = View::columns(&numbers, 2);
+        multiply(view, view, &mut [0.0; 3]);
+    }
+}

@@ -2,6 +2,7 @@
 
 mod bag;
 mod folders;
+mod large;
 mod ros2;
 
 use inhand_capture::ReadSettings;

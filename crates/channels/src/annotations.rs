@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
-use inhand_container::{Depth, Record, Source, Writer, profile, walk};
+use inhand_container::{Depth, Record, Source, Writer, metadata, profile, walk_source};
 use inhand_model::{Annotations, Event, Finding};
 use prost::Message;
 use serde_json::{Value, json};
@@ -85,12 +85,12 @@ pub fn events_json(annotations: &Annotations) -> Vec<(u64, String)> {
 /// As [`read_take`](crate::read_take) for bytes that are no intact MCAP file;
 /// [`ChannelError::Mismatch`] for an event that cannot be read or that ends before it starts.
 pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
-    let (mut metadata, mut reader) = (Metadata::default(), EventReader::default());
-    walk(file_name, bytes, Depth::Everything, |record| {
-        if let Record::Metadata(facts) = &record {
-            (metadata.0).insert(facts.name.clone(), facts.metadata.clone());
-        }
-        reader.record(&record, file_name)
+    let mut source = Source::open(file_name, Cursor::new(bytes))?;
+    let metadata = metadata(&mut source)?.into_iter().collect();
+    let mut reader = EventReader::default();
+    walk_source(&mut source, |record| {
+        reader.record(&record, file_name)?;
+        Ok::<_, ChannelError>(Depth::Everything)
     })?;
     reader.finish(&metadata, file_name)
 }
@@ -106,6 +106,8 @@ pub struct FileEvents {
     pub metadata: Metadata,
     /// Log time of the earliest message.
     pub first_unix_nanos: Option<u64>,
+    /// Whether the file is a ROS 2 bag, whose events are JSON in `std_msgs/msg/String`.
+    pub ros2: bool,
 }
 
 /// Reads the events of a file as [`read_annotations`] does, those that inhand may change apart.
@@ -113,11 +115,15 @@ pub struct FileEvents {
 /// # Errors
 ///
 /// As [`read_annotations`].
-pub fn read_file_events(bytes: &[u8], file_name: &str) -> Result<FileEvents, ChannelError> {
-    let mut found = FileEvents::default();
+pub fn read_file_events(source: &mut Source<'_>) -> Result<FileEvents, ChannelError> {
+    let mut found = FileEvents {
+        ros2: is_ros2(source)?,
+        ..FileEvents::default()
+    };
+    let file_name = &*source.file().to_owned();
     let (mut own, mut all) = (EventReader::default(), EventReader::default());
     own.own_alone = true;
-    walk(file_name, bytes, Depth::Everything, |record| {
+    walk_source(source, |record| {
         match &record {
             Record::Metadata(facts) => {
                 (found.metadata.0).insert(facts.name.clone(), facts.metadata.clone());
@@ -129,7 +135,8 @@ pub fn read_file_events(bytes: &[u8], file_name: &str) -> Result<FileEvents, Cha
             _ => {}
         }
         own.record(&record, file_name)?;
-        all.record(&record, file_name)
+        all.record(&record, file_name)?;
+        Ok::<_, ChannelError>(Depth::Everything)
     })?;
     found.own = own.finish(&found.metadata, file_name)?;
     found.others = all.finish(&found.metadata, file_name)?.events;
@@ -143,7 +150,7 @@ pub fn read_file_events(bytes: &[u8], file_name: &str) -> Result<FileEvents, Cha
 }
 
 /// How a channel's messages state events.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum EventForm {
     Protobuf,
     Json,
@@ -166,15 +173,16 @@ impl EventForm {
 }
 
 /// A channel of events.
+#[derive(Debug)]
 struct EventChannel {
     topic: String,
     form: EventForm,
     read: usize,
 }
 
-/// Collects events from the records of a file.
-#[derive(Default)]
-pub(crate) struct EventReader {
+/// Collects events from the records of a file, given in their order.
+#[derive(Debug, Default)]
+pub struct EventReader {
     /// Whether events of other topics are ignored.
     own_alone: bool,
     /// Names of schemas.
@@ -195,7 +203,12 @@ impl EventReader {
         unread
     }
 
-    pub(crate) fn record(&mut self, record: &Record<'_>, file: &str) -> Result<(), ChannelError> {
+    /// Looks at the next record; `file` is what errors call the file.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Mismatch`] for an event of inhand that cannot be read.
+    pub fn record(&mut self, record: &Record<'_>, file: &str) -> Result<(), ChannelError> {
         match record {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name.clone());
@@ -249,11 +262,12 @@ impl EventReader {
         Ok(())
     }
 
-    pub(crate) fn finish(
-        mut self,
-        metadata: &Metadata,
-        file: &str,
-    ) -> Result<Annotations, ChannelError> {
+    /// The events of all records, and what the metadata of the file state about them.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Mismatch`] for metadata that cannot be read.
+    pub fn finish(mut self, metadata: &Metadata, file: &str) -> Result<Annotations, ChannelError> {
         // Stable: events of writers that do not count stay in the order of the file.
         self.events.sort_by_key(|(channel, n, _)| (*channel, *n));
         Ok(Annotations {
@@ -390,10 +404,13 @@ pub fn write_annotations(
     Ok(())
 }
 
-/// Whether the bytes are a ROS 2 bag.
-pub fn is_ros2(bytes: &[u8]) -> bool {
-    let profile = Source::open("", Cursor::new(bytes)).and_then(|mut source| profile(&mut source));
-    profile.is_ok_and(|profile| profile == ROS2_PROFILE)
+/// Whether a file is a ROS 2 bag.
+///
+/// # Errors
+///
+/// [`ChannelError::Container`] where the file does not start with an intact record.
+pub fn is_ros2(source: &mut Source<'_>) -> Result<bool, ChannelError> {
+    Ok(profile(source)? == ROS2_PROFILE)
 }
 
 /// The metadata records that annotations need beside their events: name and pairs.

@@ -3,9 +3,9 @@
 mod residual;
 
 use std::fmt::Display;
-use std::io::Write;
+use std::io::{Cursor, Write};
 
-use inhand_container::{Depth, Record, walk_while};
+use inhand_container::{Depth, Record, Source, walk_source};
 use inhand_model::{
     Clock, Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate,
     MethodChoice, OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES,
@@ -115,13 +115,25 @@ pub fn read_dictionary(
     bytes: &[u8],
     file_name: &str,
 ) -> Result<(Dictionary, Vec<Provenance>), ChannelError> {
+    dictionary_of_source(&mut Source::open(file_name, Cursor::new(bytes))?)
+}
+
+/// As [`read_dictionary`] for a file of any size.
+///
+/// # Errors
+///
+/// As for [`read_dictionary`].
+pub fn dictionary_of_source(
+    source: &mut Source<'_>,
+) -> Result<(Dictionary, Vec<Provenance>), ChannelError> {
+    source.rewind()?;
     let Found {
         metadata, message, ..
-    } = find(bytes, file_name)?;
+    } = find(source)?;
+    let file_name = &*source.file().to_owned();
     let Some(message) = message else {
         return Err(absent(
-            bytes,
-            file_name,
+            source,
             &format!("dictionary (topic {})", topic::DICTIONARY),
             "give a file that inhand learn wrote",
         ));
@@ -160,9 +172,9 @@ impl Found {
 }
 
 /// Searches a file for its dictionary.
-fn find(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
+fn find(source: &mut Source<'_>) -> Result<Found, ChannelError> {
     let mut found = Found::default();
-    let walked = walk_while(file_name, bytes, |record| {
+    let walked = walk_source(source, |record| {
         found.visit(record);
         Ok(match found.message {
             None => Depth::Everything,
@@ -171,7 +183,7 @@ fn find(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
     });
     match walked {
         Ok(()) => Ok(found),
-        Err(error) => Err(exact_fault(bytes, file_name, error)),
+        Err(error) => Err(exact_fault(source, error)),
     }
 }
 

@@ -78,12 +78,12 @@ mod wire;
 mod write;
 
 pub use annotations::{
-    FileEvents, annotation_records, events_json, is_ros2, read_annotations, read_file_events,
-    write_annotations,
+    EventReader, FileEvents, annotation_records, events_json, is_ros2, read_annotations,
+    read_file_events, write_annotations,
 };
 pub use colour::{FINGER_COLOURS, METHOD_COLOURS, Rgb, finger_hex, method_colour};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};
-pub use dictionary::{read_dictionary, write_dictionary};
+pub use dictionary::{dictionary_of_source, read_dictionary, write_dictionary};
 pub use error::ChannelError;
 pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
@@ -96,8 +96,9 @@ pub use overlay::{
 };
 pub use preview::{PointExtent, Preview, preview};
 pub use read::{
-    ReadMethod, absent, read_evaluated, read_generated, read_leading_metadata, read_metadata,
-    read_take,
+    ReadMethod, absent, evaluated_of_source, generated_of_source, metadata_of_source,
+    read_evaluated, read_generated, read_leading_metadata, read_metadata, read_take,
+    take_of_source,
 };
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,

@@ -17,6 +17,7 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
+use inhand_container::MetadataRecord;
 use inhand_model::{
     Annotations, BodyKind, Clock, Finger, LengthUnit, MarkerKind, PerFinger, Provenance, Recording,
     Roles, Shape, Source,
@@ -34,6 +35,13 @@ type Facts = BTreeMap<String, String>;
 /// one counts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Metadata(pub BTreeMap<String, Facts>);
+
+impl FromIterator<MetadataRecord> for Metadata {
+    fn from_iter<T: IntoIterator<Item = MetadataRecord>>(records: T) -> Self {
+        let named = (records.into_iter()).map(|record| (record.name, record.facts));
+        Self(named.collect())
+    }
+}
 
 pub(crate) const RECORDING: &str = "inhand.recording";
 pub(crate) const CLEANED: &str = "inhand.cleaned";

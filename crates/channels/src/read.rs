@@ -4,10 +4,10 @@ mod methods;
 mod tracks;
 
 use std::collections::BTreeMap;
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 
 use foxglove::messages::{Log, log};
-use inhand_container::{Depth, Record, parse_record, walk};
+use inhand_container::{Depth, Record, Source, metadata, parse_record, walk_source};
 use inhand_model::{
     Annotations, Body, Change, ChangeKind, Finding, Finger, Hand, Marker, Motion, Object,
     PerFinger, Pose, Position, Recording, Severity, TrackedBody, World,
@@ -17,12 +17,14 @@ use prost::Message;
 
 use crate::annotations::EventReader;
 use crate::error::ChannelError;
-use crate::info::info;
+use crate::info::info_of_source;
 use crate::messages;
 use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
 use crate::take::{ReadCleaned, ReadTake};
 use crate::topic;
-pub use methods::{ReadMethod, read_evaluated, read_generated};
+pub use methods::{
+    ReadMethod, evaluated_of_source, generated_of_source, read_evaluated, read_generated,
+};
 pub(crate) use tracks::TIME_TOLERANCE_NANOS;
 use tracks::{Place, TrackReader};
 
@@ -36,9 +38,19 @@ use tracks::{Place, TrackReader};
 /// [`ChannelError::Container`] for bytes that are no intact MCAP file, [`ChannelError::Absent`] for one
 /// without a recording, [`ChannelError::Mismatch`] where one contradicts itself.
 pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
-    let metadata = read_metadata(bytes, file_name)?;
+    take_of_source(&mut Source::open(file_name, Cursor::new(bytes))?)
+}
+
+/// As [`read_take`] for a file of any size.
+///
+/// # Errors
+///
+/// As for [`read_take`].
+pub fn take_of_source(source: &mut Source<'_>) -> Result<ReadTake, ChannelError> {
+    let metadata = metadata_of_source(source)?;
+    let file_name = &*source.file().to_owned();
     let Some(facts) = metadata.recording(file_name, RECORDING)? else {
-        return Err(no_recording(bytes, file_name));
+        return Err(no_recording(source));
     };
     let recorded = [topic::RECORDING_MARKERS, topic::RECORDING_BODIES];
     let cleaned = [topic::CLEANED_MARKERS, topic::CLEANED_BODIES];
@@ -52,7 +64,7 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
     };
     let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut events = EventReader::default();
-    walk(file_name, bytes, Depth::Everything, |record| {
+    walk_source(source, |record| {
         events.record(&record, file_name)?;
         match record {
             Record::Channel(channel) => {
@@ -62,14 +74,15 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
                     motion.has_object = true;
                 }
                 topics.insert(channel.id, channel.topic);
-                Ok(())
             }
-            Record::Message { header, data } => match topics.get(&header.channel_id) {
-                Some(topic) => reader.message(topic, &header, &data, file_name),
-                None => Ok(()),
-            },
-            _ => Ok(()),
+            Record::Message { header, data } => {
+                if let Some(topic) = topics.get(&header.channel_id) {
+                    reader.message(topic, &header, &data, file_name)?;
+                }
+            }
+            _ => {}
         }
+        Ok::<_, ChannelError>(Depth::Everything)
     })?;
     reader.findings.extend(events.findings());
     let annotations = events.finish(&metadata, file_name)?;
@@ -82,38 +95,41 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
 ///
 /// As for [`read_take`], where the bytes are no intact MCAP file outside its chunks.
 pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelError> {
-    let mut metadata = Metadata::default();
-    let outside = walk(file_name, bytes, Depth::Outside, |record| {
-        if let Record::Metadata(facts) = record {
-            metadata.0.insert(facts.name, facts.metadata);
-        }
-        Ok(())
-    });
-    match outside {
-        Ok(()) => Ok(metadata),
-        Err(error) => Err(exact_fault(bytes, file_name, error)),
+    metadata_of_source(&mut Source::open(file_name, Cursor::new(bytes))?)
+}
+
+/// As [`read_metadata`] for a file of any size, of which nothing else is read; the source is then at its first record.
+///
+/// # Errors
+///
+/// As for [`read_metadata`].
+pub fn metadata_of_source(source: &mut Source<'_>) -> Result<Metadata, ChannelError> {
+    match metadata(source) {
+        Ok(records) => Ok(records.into_iter().collect()),
+        Err(error) => Err(exact_fault(source, error.into())),
     }
 }
 
 /// The fault of a file: reading every chunk may find its place more exactly.
-pub(crate) fn exact_fault(bytes: &[u8], file: &str, fault: ChannelError) -> ChannelError {
-    walk(file, bytes, Depth::Everything, |_| Ok(()))
-        .err()
-        .unwrap_or(fault)
+pub(crate) fn exact_fault(source: &mut Source<'_>, fault: ChannelError) -> ChannelError {
+    let read = |source: &mut Source<'_>| {
+        source.rewind()?;
+        walk_source(source, |_| Ok::<_, ChannelError>(Depth::Everything))
+    };
+    read(source).err().unwrap_or(fault)
 }
 
-fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
+fn no_recording(source: &mut Source<'_>) -> ChannelError {
     absent(
-        bytes,
-        file_name,
+        source,
         &format!("recording (metadata record \"{RECORDING}\")"),
         "give a file that inhand convert or inhand run wrote, or convert the source again",
     )
 }
 
 /// The error for an intact file without `what` was looked for: lists the topics that it has.
-pub fn absent(bytes: &[u8], file_name: &str, what: &str, hint: &str) -> ChannelError {
-    let topics = match info(bytes, file_name) {
+pub fn absent(source: &mut Source<'_>, what: &str, hint: &str) -> ChannelError {
+    let topics = match info_of_source(source) {
         Ok(info) => info.channels.into_iter().map(|channel| {
             let schema = channel.schema.as_deref().unwrap_or("no schema");
             format!("{} ({schema}, {})", channel.topic, channel.message_encoding)
@@ -126,7 +142,8 @@ pub fn absent(bytes: &[u8], file_name: &str, what: &str, hint: &str) -> ChannelE
         topics => format!("the topics {}", topics.join(", ")),
     };
     ChannelError::Absent(format!(
-        "{file_name}: no {what}: the file has {found}; {hint}"
+        "{}: no {what}: the file has {found}; {hint}",
+        source.file()
     ))
 }
 

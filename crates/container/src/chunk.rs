@@ -1,6 +1,6 @@
 //! Content of chunks: packed, and unpacked within bounds.
 
-use std::io::{self, Read, Write as _};
+use std::io::{self, BufRead, Read, Write as _};
 
 use lz4_flex::frame::{BlockSize, FrameDecoder, FrameEncoder, FrameInfo};
 use mcap::records::{ChunkHeader, Record, op};
@@ -12,6 +12,9 @@ use crate::limit::memory_limit;
 
 /// Room that is made for what a chunk unpacks to before any of it is there.
 const FIRST_BYTES: u64 = 4 << 20;
+
+/// Largest window of zstd, as a power of two, that its decoders allow unless told otherwise: 128 MiB.
+const ZSTD_WINDOW_LOG: u32 = 27;
 
 /// Bytes in front of a chunk's packed records, but for the name of the compression: start and end time,
 /// size, CRC, two lengths.
@@ -193,6 +196,20 @@ pub fn zstd_size(bytes: &[u8]) -> u64 {
     zstd::bulk::compress(bytes, ZSTD_LEVEL).map_or(bytes.len(), |packed| packed.len()) as u64
 }
 
+/// Unpacks what zstd packed as it is read. Memory is taken for a window of at most 128 MiB, and never more than the
+/// [`memory_limit`].
+///
+/// # Errors
+///
+/// Those of making a decoder; reading fails for a frame that needs a larger window.
+pub fn zstd_reader<'a>(packed: impl BufRead + Send + 'a) -> io::Result<impl Read + Send + 'a> {
+    let mut decoder = zstd::Decoder::with_buffer(packed)?;
+    // The least window that zstd knows has 1 KiB.
+    let log = memory_limit().checked_ilog2().unwrap_or_default();
+    decoder.window_log_max(log.clamp(10, ZSTD_WINDOW_LOG))?;
+    Ok(decoder)
+}
+
 /// Unpacks a file or a message that zstd packed, within the [`memory_limit`].
 ///
 /// # Errors
@@ -225,7 +242,7 @@ fn whole_bytes(records: &[u8]) -> usize {
 fn decompress(compression: &str, packed: &[u8], most: u64, out: &mut Vec<u8>) -> io::Result<()> {
     let unpacked: Box<dyn Read + '_> = match Packing::from_name(compression) {
         Some(Packing::None) => Box::new(packed),
-        Some(Packing::Zstd) => Box::new(zstd::Decoder::with_buffer(packed)?),
+        Some(Packing::Zstd) => Box::new(zstd_reader(packed)?),
         Some(Packing::Lz4) => Box::new(FrameDecoder::new(packed)),
         None => return Err(io::ErrorKind::Unsupported.into()),
     };

@@ -46,25 +46,13 @@ pub fn walk<E: From<ContainerError>>(
     depth: Depth,
     mut visit: impl FnMut(Record<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
-    walk_while(file, bytes, |record| visit(record).map(|()| depth))
+    let mut source = Source::open(file, Cursor::new(bytes))?;
+    walk_source(&mut source, |record| visit(record).map(|()| depth))
 }
 
-/// As [`walk`], but `visit` says after each record how deep to go from there on. A chunk whose
-/// visit says [`Depth::Outside`] is not unpacked; the checksum of the data covers it all the same.
-///
-/// # Errors
-///
-/// As for [`walk`].
-pub fn walk_while<E: From<ContainerError>>(
-    file: &str,
-    bytes: &[u8],
-    visit: impl FnMut(Record<'_>) -> Result<Depth, E>,
-) -> Result<(), E> {
-    walk_source(&mut Source::open(file, Cursor::new(bytes))?, visit)
-}
-
-/// As [`walk_while`] for a file of any size; it is read from where the source is. An error of
-/// `visit` ends the walk.
+/// As [`walk`] for a file of any size; it is read from where the source is. `visit` says after each record how deep to
+/// go from there on: a chunk whose visit says [`Depth::Outside`] is not unpacked; the checksum of the data covers it
+/// all the same. An error of `visit` ends the walk.
 ///
 /// # Errors
 ///

@@ -1,10 +1,8 @@
 //! ROS 2 bag folders and packed files.
 
 use std::borrow::Cow;
-use std::io::Cursor;
 
-use inhand_channels::ChannelError;
-use inhand_container::{Merge, MetadataRecord, Packing, Source, is_zstd, merge, unpack_zstd};
+use inhand_container::{is_zstd, unpack_zstd};
 
 /// The file that makes a folder a ROS 2 bag.
 pub const BAG_FACTS: &str = "metadata.yaml";
@@ -118,25 +116,6 @@ pub fn bag_files(facts: &str) -> Result<Vec<String>, String> {
         ),
         false => Ok(files),
     }
-}
-
-/// The files of a bag, with their names, as one.
-///
-/// # Errors
-///
-/// [`ChannelError::Container`] for bytes that are no intact MCAP files.
-pub fn join_files(files: &[(String, Cow<'_, [u8]>)]) -> Result<Vec<u8>, ChannelError> {
-    let sources = (files.iter()).map(|(name, bytes)| Source::open(name, Cursor::new(&bytes[..])));
-    let sources = sources.collect::<Result<_, _>>()?;
-    let settings = Merge {
-        library: "",
-        keep_both: true,
-        metadata: &|_, record: MetadataRecord| record,
-        packing: Packing::None,
-    };
-    let mut joined = Vec::new();
-    merge(sources, &mut joined, &settings)?;
-    Ok(joined)
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@
 //! # }
 //! ```
 //!
-//! A bag that `ros2 bag record` wrote is a folder: [`bag_files`] lists its files, [`join_files`] makes one of them.
-//! Files and messages that zstd packed are read.
+//! A bag that `ros2 bag record` wrote is a folder: [`bag_files`] lists its files, [`open`] reads them as one.
+//! Files and messages that zstd packed are read. [`take_of_source`] reads files that are larger than memory.
 //!
 //! A message kind is a file in `ros` or `foxglove` and one line in the registry beside it.
 //!
@@ -53,6 +53,7 @@ mod assemble;
 mod bag;
 mod foxglove;
 mod message_kinds;
+mod open;
 mod pace;
 mod place;
 mod reading;
@@ -65,16 +66,19 @@ mod world;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Cursor;
 
 use inhand_channels::{
-    ChannelError, ReadTake, VIEW_TOPICS, ViewsFor, absent, read_annotations, read_metadata,
+    ChannelError, EventReader, Metadata, ReadTake, VIEW_TOPICS, ViewsFor, absent,
+    metadata_of_source,
 };
-use inhand_container::{Depth, Record, is_zstd, unpack_zstd, walk};
+use inhand_container::{Depth, Record, Source as FileSource, is_zstd, unpack_zstd, walk_source};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use nalgebra::Isometry3;
 
-pub use self::bag::{BAG_FACTS, bag_files, join_files, unpack_file, unpacked_name};
+pub use self::bag::{BAG_FACTS, bag_files, unpack_file, unpacked_name};
 use self::message_kinds::find_kind;
+pub use self::open::open;
 use self::series::Gathered;
 use self::timing::Timing;
 pub use self::topics::{ImportSettings, TopicUse, TopicUseError};
@@ -90,16 +94,35 @@ pub fn read_take(
     file_name: &str,
     settings: &ImportSettings,
 ) -> Result<ReadTake, ChannelError> {
-    let metadata = read_metadata(bytes, file_name)?;
+    take_of_source(
+        &mut FileSource::open(file_name, Cursor::new(bytes))?,
+        settings,
+    )
+}
+
+/// As [`read_take`] for a file of any size: of a third-party one memory is taken for the numbers of its series.
+///
+/// # Errors
+///
+/// As for [`read_take`].
+pub fn take_of_source(
+    source: &mut FileSource<'_>,
+    settings: &ImportSettings,
+) -> Result<ReadTake, ChannelError> {
+    let metadata = metadata_of_source(source)?;
     if metadata.is_written_by_inhand() {
-        return inhand_channels::read_take(bytes, file_name);
+        return inhand_channels::take_of_source(source);
     }
+    let file_name = &*source.file().to_owned();
+    let mut events = EventReader::default();
+    let mut note_event = |record: &Record<'_>| events.record(record, file_name);
+    let recording = recording_of(source, &metadata, settings, &mut note_event)?;
     Ok(ReadTake {
         cleaned: None,
-        recording: read_recording(bytes, file_name, settings)?,
+        recording,
         roles: None,
         motion: None,
-        annotations: read_annotations(bytes, file_name)?,
+        annotations: events.finish(&metadata, file_name)?,
         provenance: metadata.provenance(file_name)?,
     })
 }
@@ -110,14 +133,14 @@ pub fn read_take(
 ///
 /// As for [`read_recording`], where the bytes are no intact MCAP file.
 pub fn views_for(
-    bytes: &[u8],
-    file_name: &str,
+    source: &mut FileSource<'_>,
     settings: &ImportSettings,
 ) -> Result<ViewsFor, ChannelError> {
-    if read_metadata(bytes, file_name)?.is_take() {
+    let metadata = metadata_of_source(source)?;
+    if metadata.is_take() {
         return Ok(ViewsFor::Take);
     }
-    let roots = world_frames(bytes, file_name, settings)?;
+    let roots = world_frames(source, &metadata, settings)?;
     Ok(ViewsFor::ThirdParty { roots })
 }
 
@@ -134,10 +157,26 @@ pub fn read_recording(
     file_name: &str,
     settings: &ImportSettings,
 ) -> Result<Recording, ChannelError> {
-    let (gathered, profile) = gather(bytes, file_name, settings)?;
+    let mut source = FileSource::open(file_name, Cursor::new(bytes))?;
+    let metadata = metadata_of_source(&mut source)?;
+    recording_of(&mut source, &metadata, settings, &mut |_| Ok(()))
+}
+
+/// Calls for each record of a file.
+type Visit<'a> = dyn FnMut(&Record<'_>) -> Result<(), ChannelError> + 'a;
+
+/// The recording of a file with this metadata, whose records are visited on the way.
+fn recording_of(
+    source: &mut FileSource<'_>,
+    metadata: &Metadata,
+    settings: &ImportSettings,
+    visit: &mut Visit<'_>,
+) -> Result<Recording, ChannelError> {
+    let file_name = &*source.file().to_owned();
+    let (gathered, profile) = gather(source, file_name, metadata, settings, visit)?;
     let used = world::used(&gathered);
     if used.is_empty() {
-        return Err(nothing_to_read(&gathered, bytes, file_name));
+        return Err(nothing_to_read(&gathered, source));
     }
     let timing = Timing::new(&gathered, &used, settings)?;
     recording(&gathered, &used, &timing, profile, file_name, settings)
@@ -145,55 +184,54 @@ pub fn read_recording(
 
 /// Everything that can be read, and the facts of the file's header.
 fn gather<'a>(
-    bytes: &[u8],
+    source: &mut FileSource<'_>,
     file_name: &'a str,
+    metadata: &Metadata,
     settings: &'a ImportSettings,
+    visit: &mut Visit<'_>,
 ) -> Result<(Gathered<'a>, BTreeMap<String, String>), ChannelError> {
-    let viewed = read_metadata(bytes, file_name)?.has_added_views();
-    let mut gathered = Gathered::new(file_name, bytes.len(), settings);
+    let viewed = metadata.has_added_views();
+    let mut gathered = Gathered::new(file_name, source.bytes(), settings);
     let mut profile = BTreeMap::new();
     let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
     let mut channels: BTreeMap<u16, Option<usize>> = BTreeMap::new();
-    walk(
-        file_name,
-        bytes,
-        Depth::Everything,
-        |record| -> Result<(), ChannelError> {
-            match record {
-                Record::Header(header) => {
-                    let facts = [("profile", header.profile), ("library", header.library)];
-                    let stated = facts.into_iter().filter(|(_, text)| !text.is_empty());
-                    profile.extend(stated.map(|(key, text)| (key.to_owned(), text)));
-                }
-                Record::Schema { header, .. } => {
-                    schemas.insert(header.id, header.name);
-                }
-                Record::Channel(channel) => {
-                    let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
-                    let encoding = &channel.message_encoding;
-                    // A channel may be repeated in every chunk.
-                    channels.entry(channel.id).or_insert_with(|| {
-                        if viewed && channel.topic.starts_with(VIEW_TOPICS) {
-                            return None;
-                        }
-                        let Some(format) = find_kind(schema, encoding) else {
-                            gathered.other_encoding(&channel.topic, schema, encoding);
-                            return None;
-                        };
-                        gathered.topic(&channel.topic, schema, encoding, format)
-                    });
-                }
-                Record::Message { header, data } => {
-                    if let Some(&Some(topic)) = channels.get(&header.channel_id) {
-                        let data = unpacked_message(data, gathered.topics[topic].encoding);
-                        gathered.message(topic, header.log_time, header.publish_time, &data)?;
-                    }
-                }
-                _ => {}
+    source.rewind()?;
+    walk_source(source, |record| {
+        visit(&record)?;
+        match record {
+            Record::Header(header) => {
+                let facts = [("profile", header.profile), ("library", header.library)];
+                let stated = facts.into_iter().filter(|(_, text)| !text.is_empty());
+                profile.extend(stated.map(|(key, text)| (key.to_owned(), text)));
             }
-            Ok(())
-        },
-    )?;
+            Record::Schema { header, .. } => {
+                schemas.insert(header.id, header.name);
+            }
+            Record::Channel(channel) => {
+                let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
+                let encoding = &channel.message_encoding;
+                // A channel may be repeated in every chunk.
+                channels.entry(channel.id).or_insert_with(|| {
+                    if viewed && channel.topic.starts_with(VIEW_TOPICS) {
+                        return None;
+                    }
+                    let Some(format) = find_kind(schema, encoding) else {
+                        gathered.other_encoding(&channel.topic, schema, encoding);
+                        return None;
+                    };
+                    gathered.topic(&channel.topic, schema, encoding, format)
+                });
+            }
+            Record::Message { header, data } => {
+                if let Some(&Some(topic)) = channels.get(&header.channel_id) {
+                    let data = unpacked_message(data, gathered.topics[topic].encoding);
+                    gathered.message(topic, header.log_time, header.publish_time, &data)?;
+                }
+            }
+            _ => {}
+        }
+        Ok::<_, ChannelError>(Depth::Everything)
+    })?;
     gathered.end();
     Ok((gathered, profile))
 }
@@ -211,11 +249,12 @@ fn unpacked_message<'a>(data: Cow<'a, [u8]>, encoding: &str) -> Cow<'a, [u8]> {
 /// all those frames for the world; a root is where the first of its frames coincides with the world.
 /// Trees whose roots move against it have no place.
 fn world_frames(
-    bytes: &[u8],
-    file_name: &str,
+    source: &mut FileSource<'_>,
+    metadata: &Metadata,
     settings: &ImportSettings,
 ) -> Result<BTreeMap<String, Isometry3<f64>>, ChannelError> {
-    let (gathered, _) = gather(bytes, file_name, settings)?;
+    let file_name = &*source.file().to_owned();
+    let (gathered, _) = gather(source, file_name, metadata, settings, &mut |_| Ok(()))?;
     let mut roots = BTreeMap::new();
     for frame in world::top_frames(&gathered, &world::used(&gathered)) {
         if let Some((root, frame_from_root)) = tree::root_of(&gathered, &frame) {
@@ -332,7 +371,8 @@ fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
 }
 
 /// The error that there is nothing to read.
-fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> ChannelError {
+fn nothing_to_read(gathered: &Gathered<'_>, source: &mut FileSource<'_>) -> ChannelError {
+    let file_name = source.file();
     let faulty = gathered.topics.iter().find_map(|topic| {
         let (number, fault) = topic.first_fault.clone()?;
         Some(ChannelError::Mismatch {
@@ -353,8 +393,7 @@ fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> Ch
     );
     faulty.unwrap_or_else(|| {
         absent(
-            bytes,
-            file_name,
+            source,
             "take: neither a recording of inhand (metadata record \"inhand.recording\") nor markers, \
              poses or transforms on a topic that can be read",
             &hint,

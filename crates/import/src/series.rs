@@ -13,8 +13,8 @@ const MAX_SERIES: usize = 10_000;
 
 /// Samples that are kept at most for each byte of the file, beside [`FREE_SAMPLES`]: more than any
 /// packing of motion has, and a bound on memory for a file made to unpack without end.
-const SAMPLES_PER_BYTE: usize = 4;
-const FREE_SAMPLES: usize = 1 << 20;
+const SAMPLES_PER_BYTE: u64 = 4;
+const FREE_SAMPLES: u64 = 1 << 20;
 
 /// Things of one name in a message at most, and bytes of a name.
 const MAX_NAMESAKES: usize = 100;
@@ -108,7 +108,7 @@ pub(crate) struct Static {
 pub(crate) struct Gathered<'a> {
     file: &'a str,
     settings: &'a ImportSettings,
-    samples_left: usize,
+    samples_left: u64,
     pub(crate) topics: Vec<Topic>,
     pub(crate) streams: Vec<Times>,
     pub(crate) series: Vec<Series>,
@@ -129,7 +129,7 @@ impl Times {
 }
 
 impl<'a> Gathered<'a> {
-    pub(crate) fn new(file: &'a str, bytes: usize, settings: &'a ImportSettings) -> Self {
+    pub(crate) fn new(file: &'a str, bytes: u64, settings: &'a ImportSettings) -> Self {
         Self {
             file,
             settings,
@@ -256,7 +256,7 @@ impl<'a> Gathered<'a> {
         }
         self.samples_left = self
             .samples_left
-            .checked_sub(points.max(1))
+            .checked_sub(points.max(1) as u64)
             .ok_or_else(|| {
                 self.unclear(
                     topic,

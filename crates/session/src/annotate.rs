@@ -12,8 +12,7 @@ use serde_json::json;
 
 use crate::TOOL;
 use crate::error::{Located, SessionError};
-use crate::files::{RECORDING, filter, hash_file, name_of, refuse_folder, take_start};
-use crate::take;
+use crate::files::{RECORDING, filter, hash_file, name_of, open_take, refuse_folder, take_start};
 
 /// Topic of the events that inhand writes; those of other topics are never changed.
 const TOPIC: &str = "/annotations";
@@ -74,27 +73,26 @@ impl Annotated {
 /// is damaged or holds an event that cannot be read, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<Annotated, SessionError> {
     refuse_folder(path)?;
-    let bytes = take::bytes(path)?;
-    if !inhand_channels::is_mcap(&bytes) {
+    let Some(mut source) = open_take(path, &path.display().to_string())? else {
         return Err(SessionError::data(
             path,
             "events are kept in MCAP files: `inhand convert` makes one of a take".to_owned(),
         ));
-    }
-    let name = path.display().to_string();
-    let events = inhand_channels::read_file_events(&bytes, &name).in_file(path)?;
+    };
+    let events = inhand_channels::read_file_events(&mut source).in_file(path)?;
     let start = take_start(&events.metadata).or(events.first_unix_nanos);
     let FileEvents {
         own,
         others,
         metadata,
+        ros2,
         ..
     } = events;
     Ok(Annotated {
         start_unix_nanos: start.unwrap_or_default(),
         own,
         others,
-        ros2: inhand_channels::is_ros2(&bytes),
+        ros2,
         metadata,
     })
 }

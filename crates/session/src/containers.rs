@@ -7,7 +7,7 @@ use std::io::BufReader;
 use std::ops::Range;
 use std::path::Path;
 
-use inhand_channels::{Metadata, cut_take};
+use inhand_channels::{Metadata, cut_take, metadata_of_source};
 use inhand_container::{
     ChannelFacts, Interval, Merge, Merged, MetadataRecord, Packing, Recovered, Reopened, Selected,
     Selection, Source,
@@ -43,15 +43,6 @@ pub struct Cut {
     pub samples: Option<Range<usize>>,
 }
 
-/// The metadata of a file by name; nothing else of it is read.
-pub(crate) fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
-    let records = inhand_container::metadata(source).in_file(path)?;
-    let facts = records
-        .into_iter()
-        .map(|record| (record.name, record.facts));
-    Ok(Metadata(facts.collect()))
-}
-
 /// The interval of a file between two instants, each of which may be open.
 ///
 /// # Errors
@@ -63,7 +54,7 @@ pub fn interval(
     to: Option<Instant>,
 ) -> Result<Interval, SessionError> {
     let mut source = open(path)?;
-    let start = match take_start(&metadata(&mut source, path)?) {
+    let start = match take_start(&metadata_of_source(&mut source).in_file(path)?) {
         Some(start) => start,
         None => {
             let span = inhand_container::span(&mut source).in_file(path)?;
@@ -112,7 +103,7 @@ pub fn interval(
 /// where the intervals are not one interval of a take, [`SessionError::Io`].
 pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, SessionError> {
     let mut source = open(input)?;
-    let metadata = metadata(&mut source, input)?;
+    let metadata = metadata_of_source(&mut source).in_file(input)?;
     let take = match metadata.is_take() {
         true => {
             let made = cut_provenance(input, intervals)?;
@@ -213,7 +204,7 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
     let mut takes = Vec::new();
     for &input in inputs {
         let mut source = open(input)?;
-        if metadata(&mut source, input)?.is_take() {
+        if metadata_of_source(&mut source).in_file(input)?.is_take() {
             takes.push(input);
         }
         if inputs.len() > MOST_OPEN {

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use inhand_channels::{dictionary_of_source, read_dictionary};
 use inhand_model::{Dictionary, InputHash, Provenance};
 
 use crate::error::{Located, SessionError};
-use crate::files::{hex_sha256, name_of};
+use crate::files::{hash_file, hex_sha256, name_of, open};
 use crate::output;
 
 /// A dictionary read from a file.
@@ -25,17 +26,22 @@ pub struct DictionaryFile {
 ///
 /// [`SessionError::At`] for a file that holds none, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<DictionaryFile, SessionError> {
-    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = name_of(path);
-    let (dictionary, provenance) = inhand_channels::read_dictionary(&bytes, &name).in_file(path)?;
-    let hash = InputHash {
-        name,
-        sha256: hex_sha256(&bytes),
+    // A stream can be read only once.
+    let stream = (!path.is_file()).then(|| std::fs::read(path));
+    let stream = (stream.transpose()).map_err(SessionError::io("read", path))?;
+    let (read, sha256) = match &stream {
+        None => (
+            dictionary_of_source(&mut open(path)?),
+            hash_file(path)?.sha256,
+        ),
+        Some(bytes) => (read_dictionary(bytes, &name), hex_sha256(bytes)),
     };
+    let (dictionary, provenance) = read.in_file(path)?;
     Ok(DictionaryFile {
         dictionary,
         provenance,
-        hash,
+        hash: InputHash { name, sha256 },
     })
 }
 

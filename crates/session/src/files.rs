@@ -50,13 +50,6 @@ pub(crate) fn refuse_folder(path: &Path) -> Result<(), SessionError> {
     Err(SessionError::data(path, message))
 }
 
-/// Whether zstd packed a file.
-pub(crate) fn is_packed(path: &Path) -> bool {
-    let mut begin = [0; 4];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut begin));
-    read.is_ok() && inhand_container::is_zstd(&begin)
-}
-
 /// The files of a take in their order: itself, or those of a ROS 2 bag.
 ///
 /// # Errors
@@ -80,12 +73,52 @@ pub fn take_files(path: &Path) -> Result<Vec<PathBuf>, SessionError> {
     Ok(names.iter().map(|name| path.join(name)).collect())
 }
 
+/// Opens the MCAP file of a take, packed or not, or the files of a bag as one; `name` is what errors call it. `None` for a file of another kind and
+/// for a stream, which can be read only once.
+///
+/// # Errors
+///
+/// [`SessionError::Io`], [`SessionError::At`], and [`SessionError::Data`] for a folder that is no bag or a packing that
+/// is not read.
+pub fn open_take(path: &Path, name: &str) -> Result<Option<FileSource>, SessionError> {
+    let files = take_files(path)?;
+    if let [file] = &*files
+        && !file.is_file()
+        && file == path
+    {
+        return Ok(None);
+    }
+    for file in &files {
+        let mut begin = Vec::new();
+        let opened = File::open(file).and_then(|opened| opened.take(64).read_to_end(&mut begin));
+        opened.map_err(SessionError::io("read", file))?;
+        if !inhand_container::is_zstd(&begin) {
+            unpack(file, &begin)?;
+        }
+    }
+    inhand_import::open(&files, name).in_file(path)
+}
+
+/// SHA-256 of the files of a take, one after the other.
+pub(crate) fn hash_files(path: &Path) -> Result<String, SessionError> {
+    let mut hash = Sha256::new();
+    for path in take_files(path)? {
+        let hashed = File::open(&path).and_then(|file| {
+            let mut file = Hashed { file, hash };
+            io::copy(&mut file, &mut io::sink())?;
+            Ok(file.hash)
+        });
+        hash = hashed.map_err(SessionError::io("read", &path))?;
+    }
+    Ok(hex(&hash.finalize()))
+}
+
 /// The content of a take's file, unpacked where zstd packed it.
 ///
 /// # Errors
 ///
 /// [`SessionError::Data`] with the compression that is not read and the command that helps.
-pub fn unpack<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, SessionError> {
+pub(crate) fn unpack<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, SessionError> {
     inhand_import::unpack_file(stored).map_err(|message| SessionError::data(path, message))
 }
 
@@ -129,13 +162,9 @@ pub(crate) fn take_start(metadata: &Metadata) -> Option<u64> {
 ///
 /// [`SessionError::Io`].
 pub fn hash_file(path: &Path) -> Result<InputHash, SessionError> {
-    let hashed = Hashed::open(path).and_then(|mut file| {
-        std::io::copy(&mut file, &mut std::io::sink())?;
-        Ok(file.sha256())
-    });
     Ok(InputHash {
         name: name_of(path),
-        sha256: hashed.map_err(SessionError::io("read", path))?,
+        sha256: hash_files(path)?,
     })
 }
 

@@ -60,7 +60,7 @@ pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
-pub use files::{hex_sha256, take_files, take_name, unpack};
+pub use files::{hex_sha256, open_take, take_files, take_name};
 pub use hand_state::{HandState, StateRole, read_state, state_file};
 /// File of facts that makes a folder a ROS 2 bag.
 pub use inhand_import::BAG_FACTS;

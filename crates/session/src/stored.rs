@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
+use inhand_channels::{
+    ChannelError, EvaluatedMethod, ReadMethod, evaluated_of_source, generated_of_source,
+};
 use inhand_model::{
     Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol, Provenance,
     SegmentLayout, SegmentOrigin, Segments, Trajectory,
@@ -10,10 +12,11 @@ use inhand_model::{
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
+use crate::files::{FileSource, open_take};
 use crate::methods::Method;
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
-use crate::take::{self, Take};
+use crate::take::Take;
 
 /// An evaluation of stored trajectories, and what it is made of under each protocol.
 #[derive(Debug)]
@@ -255,27 +258,25 @@ pub(crate) fn read_methods(
     take: &Take,
     protocol: Protocol,
 ) -> Result<Vec<ReadMethod>, SessionError> {
-    let read = |bytes: &[u8], name: &str| inhand_channels::read_generated(bytes, name, protocol);
-    read_stored(take, read)
+    read_stored(take, |source| generated_of_source(source, protocol))
 }
 
 /// Errors and contacts that a take stores, by method; none where it stores none.
 pub(crate) fn read_evaluated_methods(take: &Take) -> Result<Vec<EvaluatedMethod>, SessionError> {
-    read_stored(take, inhand_channels::read_evaluated)
+    read_stored(take, evaluated_of_source)
 }
 
 fn read_stored<T>(
     take: &Take,
-    read: impl FnOnce(&[u8], &str) -> Result<Vec<T>, ChannelError>,
+    read: impl FnOnce(&mut FileSource) -> Result<Vec<T>, ChannelError>,
 ) -> Result<Vec<T>, SessionError> {
-    let (bytes, name) = (take::bytes(&take.path)?, &take.hash.name);
+    let Some(mut source) = open_take(&take.path, &take.hash.name)? else {
+        return Ok(Vec::new());
+    };
+    let metadata = inhand_channels::metadata_of_source(&mut source).in_file(&take.path)?;
     // Third-party files have other messages on topics of these names.
-    let is_take = inhand_channels::is_mcap(&bytes)
-        && inhand_channels::read_metadata(&bytes, name)
-            .in_file(&take.path)?
-            .is_take();
-    match is_take {
-        true => read(&bytes, name).in_file(&take.path),
+    match metadata.is_take() {
+        true => read(&mut source).in_file(&take.path),
         false => Ok(Vec::new()),
     }
 }

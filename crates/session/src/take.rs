@@ -1,6 +1,5 @@
 //! Takes in memory: read from a vendor file or MCAP, with roles and hash.
 
-use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +11,10 @@ use inhand_model::{
 };
 
 use crate::error::{Located, SessionError};
-use crate::files::{facts_path, hash_file, hex_sha256_of, name_of, take_files, take_name, unpack};
+use crate::files::{
+    FileSource, facts_path, hash_file, hash_files, hex_sha256_of, name_of, open_rows, open_take,
+    take_name, unpack,
+};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
 
@@ -133,87 +135,80 @@ pub fn hash_take(path: &Path) -> Result<InputHash, SessionError> {
     if path.is_file() && !facts_path(path).exists() {
         return hash_file(path);
     }
-    let (name, sha256) = (name_of(path), Stored::read(path)?.sha256());
+    let name = name_of(path);
+    let sha256 = match Stored::open(path, &name)? {
+        Stored::Mcap(_) => hash_files(path)?,
+        Stored::Bytes(bytes, facts) => hex_sha256_of([&*bytes].into_iter().chain(facts.as_deref())),
+    };
     Ok(InputHash { name, sha256 })
 }
 
-/// The bytes of a take as one file: unpacked where zstd packed it, of a bag all its files.
-///
-/// # Errors
-///
-/// [`SessionError::Io`], [`SessionError::At`], and [`SessionError::Data`] for a folder that is no bag or a packing that
-/// is not read.
-pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, SessionError> {
-    let mut stored = Stored::read(path)?;
-    let made = match stored.take(path)? {
-        Cow::Owned(bytes) => Some(bytes),
-        Cow::Borrowed(_) => None,
-    };
-    Ok(made.unwrap_or_else(|| stored.files.swap_remove(0).1))
-}
-
-/// The bytes of a take as they are stored.
-struct Stored {
-    /// Its file; several for a bag.
-    files: Vec<(PathBuf, Vec<u8>)>,
-    /// What a table cannot hold is in a file beside it, and counts as part of it.
-    facts: Option<Vec<u8>>,
+/// A take as it is stored.
+enum Stored {
+    /// An MCAP file or a bag, of any size.
+    Mcap(FileSource),
+    /// The bytes of another file or of a stream, and those of the file of facts beside a table.
+    Bytes(Vec<u8>, Option<Vec<u8>>),
 }
 
 impl Stored {
-    fn read(path: &Path) -> Result<Self, SessionError> {
-        let read = |path: &Path| std::fs::read(path).map_err(SessionError::io("read", path));
-        let files = take_files(path)?.into_iter();
-        let files = files.map(|file| Ok((file.clone(), read(&file)?)));
-        let files = files.collect::<Result<Vec<_>, SessionError>>()?;
-        let facts = facts_path(path);
-        let has_facts = inhand_export::looks_like_wide_csv(&files[0].1) && facts.exists();
-        let facts = has_facts.then(|| read(&facts)).transpose()?;
-        Ok(Self { files, facts })
-    }
-
-    fn sha256(&self) -> String {
-        let files = self.files.iter().map(|(_, bytes)| bytes);
-        hex_sha256_of(files.chain(&self.facts).map(Vec::as_slice))
-    }
-
-    /// The bytes of one file with all that is stored, unpacked.
-    fn take(&self, path: &Path) -> Result<Cow<'_, [u8]>, SessionError> {
-        let files = (self.files.iter())
-            .map(|(file, bytes)| Ok((file.display().to_string(), unpack(file, bytes)?)));
-        let mut files = files.collect::<Result<Vec<_>, SessionError>>()?;
-        match files.len() {
-            1 => Ok(files.remove(0).1),
-            _ => Ok(Cow::Owned(inhand_import::join_files(&files).in_file(path)?)),
+    fn open(path: &Path, name: &str) -> Result<Self, SessionError> {
+        if let Some(source) = open_take(path, name)? {
+            return Ok(Self::Mcap(source));
         }
+        let read = |path: &Path| std::fs::read(path).map_err(SessionError::io("read", path));
+        let (bytes, facts) = (read(path)?, facts_path(path));
+        let has_facts = inhand_export::looks_like_wide_csv(&bytes) && facts.exists();
+        let facts = has_facts.then(|| read(&facts)).transpose()?;
+        Ok(Self::Bytes(bytes, facts))
     }
 }
 
-/// Hash and content of a take whose bytes are held in memory.
+/// Hash and content of a take that is not read by the block.
 fn read_stored(
     path: &Path,
     file_name: &str,
     settings: &Settings,
 ) -> Result<(String, Result<ReadTake, SessionError>), SessionError> {
-    let stored = Stored::read(path)?;
+    let mut stored = Stored::open(path, file_name)?;
     // Hashing takes as long as parsing: do both at once.
-    Ok(inhand_parallel::both(
-        || stored.sha256(),
-        || -> Result<_, SessionError> {
-            let (bytes, facts) = (stored.take(path)?, stored.facts.as_deref());
-            if inhand_channels::is_mcap(&bytes) {
-                let settings = settings.import_settings()?;
-                return inhand_import::read_take(&bytes, file_name, &settings).in_file(path);
-            }
-            let settings = settings.read_settings()?;
-            let recording = match inhand_export::looks_like_wide_csv(&bytes) {
-                true => inhand_export::read_wide_csv(&bytes, file_name, facts, settings.up_axis)
-                    .in_file(path)?,
-                false => inhand_capture::read(&bytes, file_name, &settings).in_file(path)?,
-            };
-            Ok(vendor_take(recording))
-        },
-    ))
+    let (sha256, parsed) = match &mut stored {
+        Stored::Mcap(source) => inhand_parallel::both(
+            || hash_files(path),
+            || inhand_import::take_of_source(source, &settings.import_settings()?).in_file(path),
+        ),
+        Stored::Bytes(bytes, facts) => inhand_parallel::both(
+            || {
+                Ok(hex_sha256_of(
+                    [&**bytes].into_iter().chain(facts.as_deref()),
+                ))
+            },
+            || parse(path, bytes, file_name, facts.as_deref(), settings),
+        ),
+    };
+    Ok((sha256?, parsed))
+}
+
+/// The take in the bytes of a file, unpacked where zstd packed it, with the facts beside it.
+fn parse(
+    path: &Path,
+    bytes: &[u8],
+    file_name: &str,
+    facts: Option<&[u8]>,
+    settings: &Settings,
+) -> Result<ReadTake, SessionError> {
+    let bytes = unpack(path, bytes)?;
+    if inhand_channels::is_mcap(&bytes) {
+        let settings = settings.import_settings()?;
+        return inhand_import::read_take(&bytes, file_name, &settings).in_file(path);
+    }
+    let settings = settings.read_settings()?;
+    let recording = match inhand_export::looks_like_wide_csv(&bytes) {
+        true => inhand_export::read_wide_csv(&bytes, file_name, facts, settings.up_axis)
+            .in_file(path)?,
+        false => inhand_capture::read(&bytes, file_name, &settings).in_file(path)?,
+    };
+    Ok(vendor_take(recording))
 }
 
 /// A take of which there is nothing but what was measured.

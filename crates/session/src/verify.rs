@@ -242,7 +242,8 @@ impl Verified {
         containers::cut(path, &part, &[first])?;
         let take = take::read(&part, &Settings::default())?;
         let settings = Settings::of_steps(&take.provenance);
-        let (roles, takes) = (take.roles()?.clone(), [take]);
+        let (roles, stored) = (take.roles()?.clone(), take.stored_motion.clone());
+        let mut takes = [take];
         let mut bodies = [&roles.hand].into_iter().chain(&roles.object);
         let fitted = bodies.any(|body| matches!(body, BodySource::Markers(_)));
         let held = match fitted {
@@ -250,11 +251,11 @@ impl Verified {
             true => {
                 let note = "not computed again: hand and object, fitted to markers of all takes";
                 self.notes.push(note.to_owned());
-                let motions = steps::stored_motions(&takes, &settings)?;
-                steps::smooth_motions(&motions.map_or_else(Vec::new, |m| m.held_out), &settings)?
+                let motions = steps::stored_motions(&mut takes, &settings)?;
+                steps::smooth_motions(motions.map_or_else(Vec::new, |m| m.held_out), &settings)?
             }
         };
-        let (Some(held), Some(stored)) = (held.first(), &takes[0].stored_motion) else {
+        let (Some(held), Some(stored)) = (held.first(), &stored) else {
             return Ok(());
         };
         let within = inside(&takes[0], &settings);
@@ -288,7 +289,7 @@ fn inside(take: &Take, settings: &Settings) -> Range<usize> {
 
 /// Whether a file names this input among its own.
 fn is_made_from(path: &Path, input: &InputHash) -> bool {
-    let metadata = || containers::metadata(&mut open(path).ok()?, path).ok();
+    let metadata = || inhand_channels::metadata_of_source(&mut open(path).ok()?).ok();
     let steps = || metadata()?.provenance(&input.name).ok();
     let ends_in_mcap = path.extension().is_some_and(|ending| ending == "mcap");
     let steps = ends_in_mcap.then(steps).flatten().unwrap_or_default();

@@ -12,7 +12,7 @@ use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
-use crate::files::{filter, hex_sha256, name_of, refuse_folder};
+use crate::files::{FileSource, filter, hash_file, name_of, open_take, refuse_folder};
 use crate::ros2;
 use crate::settings::Settings;
 use crate::take_file::recorded_contacts;
@@ -54,7 +54,7 @@ pub struct Viewed {
 /// A step `view` is added to the provenance. Training hulls are drawn if the `dictionary` is given that was
 /// learned there; those that the file has stay otherwise.
 ///
-/// Memory is taken for the file's bytes, for the take in them and for the packed views.
+/// Memory is taken for the take in the file and for the packed views.
 ///
 /// # Errors
 ///
@@ -68,15 +68,15 @@ pub fn add_views(
     settings: &Settings,
 ) -> Result<Viewed, SessionError> {
     refuse_folder(input)?;
-    let bytes = std::fs::read(input).map_err(SessionError::io("read", input))?;
-    if !inhand_channels::is_mcap(&bytes) {
+    let name = name_of(input);
+    let Some(source) = open_take(input, &name)? else {
         return Err(SessionError::data(
             input,
             "not an MCAP file: views are channels of one; `inhand convert` makes one of a \
                       take, with views",
         ));
-    }
-    let file = File::of(input, &bytes)?;
+    };
+    let mut file = File::of(input, source)?;
     let kind = file.kind;
     let hulls = dictionary.map(|dictionary| &dictionary.dictionary.demonstrated.hulls);
     let (added, findings) = match kind {
@@ -104,10 +104,9 @@ pub fn add_views(
         ..Selection::default()
     };
     let selected = filter(input, output, &selection)?;
-    let ros2 = kind == ViewedKind::Foreign && inhand_channels::is_ros2(&bytes);
     Ok(Viewed {
         kind,
-        ros2_topic: ros2.then_some(ros2::VIEW_MARKERS),
+        ros2_topic: file.ros2.then_some(ros2::VIEW_MARKERS),
         replaced: selected.left_out,
         messages: selected.appended,
         findings,
@@ -117,19 +116,19 @@ pub fn add_views(
 /// The file as it is.
 struct File<'a> {
     path: &'a Path,
-    bytes: &'a [u8],
+    source: FileSource,
     name: String,
     hash: InputHash,
     kind: ViewedKind,
+    /// Whether it is a third-party bag of ROS 2.
+    ros2: bool,
     metadata: Metadata,
 }
 
 impl<'a> File<'a> {
-    fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, SessionError> {
-        let name = name_of(path);
-        let metadata = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
-        let channels = Source::open(&name, Cursor::new(bytes))
-            .and_then(|mut source| inhand_container::channels(&mut source));
+    fn of(path: &'a Path, mut source: FileSource) -> Result<Self, SessionError> {
+        let metadata = inhand_channels::metadata_of_source(&mut source).in_file(path)?;
+        let channels = inhand_container::channels(&mut source);
         let kind = if metadata.is_take() {
             ViewedKind::Take
         } else if (channels.in_file(path)?.iter()).any(|c| c.topic == DICTIONARY) {
@@ -137,16 +136,14 @@ impl<'a> File<'a> {
         } else {
             ViewedKind::Foreign
         };
-        let hash = InputHash {
-            name: name.clone(),
-            sha256: hex_sha256(bytes),
-        };
+        let is_bag = inhand_channels::is_ros2(&mut source).in_file(path)?;
         Ok(Self {
             path,
-            bytes,
-            name,
-            hash,
+            source,
+            name: name_of(path),
+            hash: hash_file(path)?,
             kind,
+            ros2: kind == ViewedKind::Foreign && is_bag,
             metadata,
         })
     }
@@ -158,8 +155,8 @@ impl<'a> File<'a> {
     }
 
     /// The views of a dictionary alone: its file is small, and is its views for the greater part.
-    fn dictionary_views(&self) -> Result<Vec<u8>, ChannelError> {
-        let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)?;
+    fn dictionary_views(&mut self) -> Result<Vec<u8>, ChannelError> {
+        let (dictionary, _) = inhand_channels::dictionary_of_source(&mut self.source)?;
         let (mut whole, mut views) = (Vec::new(), Vec::new());
         inhand_channels::write_dictionary(&mut whole, &dictionary, &[])?;
         let selection = Selection {
@@ -173,7 +170,7 @@ impl<'a> File<'a> {
 
     /// The views of a take alone, and what was odd about a third-party recording.
     fn take_views(
-        &self,
+        &mut self,
         hulls: Option<&PerFinger<Hull>>,
         views: Views,
         settings: &Settings,
@@ -183,16 +180,16 @@ impl<'a> File<'a> {
         let shape = settings.shape()?;
         if self.kind == ViewedKind::Take {
             let clock = take.recording.clock;
-            let read = inhand_channels::read_generated(self.bytes, &self.name, Protocol::Published);
+            let source = &mut self.source;
+            let read = inhand_channels::generated_of_source(source, Protocol::Published);
             let read = read.in_file(self.path)?.into_iter();
             methods.extend(read.map(|method| StoredMethod::new(method, clock)));
-            let read = inhand_channels::read_evaluated(self.bytes, &self.name);
+            let read = inhand_channels::evaluated_of_source(source);
             evaluated = read.in_file(self.path)?;
             stated = self.metadata.shape(&self.name).in_file(self.path)?;
         }
         let import = settings.import_settings()?;
-        let views_for =
-            inhand_import::views_for(self.bytes, &self.name, &import).in_file(self.path)?;
+        let views_for = inhand_import::views_for(&mut self.source, &import).in_file(self.path)?;
         let segments: Vec<_> = methods.iter().map(StoredMethod::segments).collect();
         let generated: Vec<_> = (methods.iter().zip(&segments))
             .map(|(method, segments)| GeneratedMethod {
@@ -218,7 +215,7 @@ impl<'a> File<'a> {
         };
         let mut added = Vec::new();
         // ROS tools read no file of profile ros2 in which a channel is in another encoding.
-        match self.kind == ViewedKind::Foreign && inhand_channels::is_ros2(self.bytes) {
+        match self.ros2 {
             true => added = ros2::views(&take, file.object_shape, &views_for)?,
             false => {
                 inhand_channels::write_views(&mut added, &file, views, &views_for)

@@ -37,12 +37,23 @@ impl Bag {
     }
 
     pub(crate) fn message(&mut self, channel: u16, log: u64, data: &[u8]) {
-        let mut body = channel.to_le_bytes().to_vec();
-        body.extend(0_u32.to_le_bytes());
-        body.extend(log.to_le_bytes());
-        body.extend(log.to_le_bytes());
-        body.extend(data);
-        self.record(0x05, &body);
+        self.message_start(channel, log, data.len() as u64);
+        self.bytes.extend(data);
+    }
+
+    /// A message up to its data, which have this many bytes.
+    pub(crate) fn message_start(&mut self, channel: u16, log: u64, bytes: u64) {
+        self.bytes.push(0x05);
+        self.bytes.extend((22 + bytes).to_le_bytes());
+        self.bytes.extend(channel.to_le_bytes());
+        self.bytes.extend(0_u32.to_le_bytes());
+        self.bytes.extend(log.to_le_bytes());
+        self.bytes.extend(log.to_le_bytes());
+    }
+
+    /// The bytes that were not taken before.
+    pub(crate) fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.bytes)
     }
 
     pub(crate) fn end(mut self) -> Vec<u8> {

@@ -6,7 +6,7 @@ use super::{TAKE, as_mocap4r2, as_stored, recorded};
 use crate::support::{Bench, SMALL, stderr};
 
 /// Facts of a bag, as far as they matter.
-fn facts(files: &[&str], storage: &str, compression: &str) -> String {
+pub(super) fn facts(files: &[&str], storage: &str, compression: &str) -> String {
     let files: String = files.iter().map(|file| format!("    - {file}\n")).collect();
     format!(
         "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: {storage}\n  \

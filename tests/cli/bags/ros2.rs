@@ -13,7 +13,12 @@ use crate::support::{Bench, stderr};
 /// Topics with their messages of a file in which everything is as ROS 2 tools need it.
 fn ros2_topics(bench: &Bench, name: &str) -> BTreeMap<String, u64> {
     let bytes = bench.bytes(name);
-    assert!(inhand_channels::is_ros2(&bytes), "{name}: profile");
+    let mut source =
+        inhand_container::Source::open(name, std::io::Cursor::new(&bytes)).expect("MCAP");
+    assert!(
+        inhand_channels::is_ros2(&mut source).expect("sound"),
+        "{name}: profile"
+    );
     let summary = mcap::Summary::read(&bytes)
         .expect("a file")
         .expect("a summary");

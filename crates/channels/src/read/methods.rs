@@ -1,8 +1,9 @@
 //! Trajectories and plans of each method, and how they compare with the recorded motion.
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 
-use inhand_container::{Depth, Record, walk};
+use inhand_container::{Depth, Record, Source, walk_source};
 use inhand_model::{
     Certificate, Configuration, ConstraintFamily, Plan, PlanChecks, Pose, Protocol, Relaxation,
     SEGMENT_COORDINATES,
@@ -11,7 +12,7 @@ use nalgebra::DVector;
 use prost::Message;
 
 use super::tracks::{Entry, FromEntry, Place};
-use super::{no_recording, read_metadata};
+use super::{metadata_of_source, no_recording};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::take::{EvaluatedMethod, EvaluatedSample};
@@ -40,6 +41,18 @@ pub fn read_generated(
     file_name: &str,
     protocol: Protocol,
 ) -> Result<Vec<ReadMethod>, ChannelError> {
+    generated_of_source(&mut Source::open(file_name, Cursor::new(bytes))?, protocol)
+}
+
+/// As [`read_generated`] for a file of any size.
+///
+/// # Errors
+///
+/// As for [`read_generated`].
+pub fn generated_of_source(
+    source: &mut Source<'_>,
+    protocol: Protocol,
+) -> Result<Vec<ReadMethod>, ChannelError> {
     type Parts = (BTreeMap<usize, Configuration>, BTreeMap<usize, Plan>);
     let parts = ["fingertips", "plan"];
     let read = |(configurations_m, plans): &mut Parts, part: &str, at: Place<'_>, data: &[u8]| {
@@ -52,7 +65,7 @@ pub fn read_generated(
         Ok(())
     };
     let prefix = format!("{}/", topic::generated(protocol));
-    let methods = read_methods(bytes, file_name, &prefix, parts, read)?;
+    let methods = read_methods(source, &prefix, parts, read)?;
     let method = |(name, (configurations_m, plans))| ReadMethod {
         name,
         configurations_m,
@@ -68,6 +81,15 @@ pub fn read_generated(
 ///
 /// As for [`read_take`](crate::read_take).
 pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<EvaluatedMethod>, ChannelError> {
+    evaluated_of_source(&mut Source::open(file_name, Cursor::new(bytes))?)
+}
+
+/// As [`read_evaluated`] for a file of any size.
+///
+/// # Errors
+///
+/// As for [`read_evaluated`].
+pub fn evaluated_of_source(source: &mut Source<'_>) -> Result<Vec<EvaluatedMethod>, ChannelError> {
     type Samples = BTreeMap<usize, EvaluatedSample>;
     let parts = ["error", "contact"];
     let read = |samples: &mut Samples, part: &str, at: Place<'_>, data: &[u8]| {
@@ -86,7 +108,7 @@ pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<EvaluatedMeth
         }
         Ok(())
     };
-    let methods = read_methods(bytes, file_name, "/evaluation/", parts, read)?;
+    let methods = read_methods(source, "/evaluation/", parts, read)?;
     let method = |(name, samples): (String, Samples)| EvaluatedMethod {
         name,
         samples: samples.into_values().collect(),
@@ -96,44 +118,45 @@ pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<EvaluatedMeth
 
 /// Reads channels of methods of a take, `<prefix><method>/<part>`, in the order of the file's channels.
 fn read_methods<T: Default>(
-    bytes: &[u8],
-    file: &str,
+    source: &mut Source<'_>,
     prefix: &str,
     parts: [&str; 2],
     mut read: impl FnMut(&mut T, &str, Place<'_>, &[u8]) -> Result<(), ChannelError>,
 ) -> Result<Vec<(String, T)>, ChannelError> {
-    let metadata = read_metadata(bytes, file)?;
+    let metadata = metadata_of_source(source)?;
+    let file = &*source.file().to_owned();
     let Some(facts) = metadata.used_recording(file)? else {
-        return Err(no_recording(bytes, file));
+        return Err(no_recording(source));
     };
     let mut methods: Vec<(String, T)> = Vec::new();
     let mut channels: BTreeMap<u16, (usize, &str, String)> = BTreeMap::new();
-    walk(file, bytes, Depth::Everything, |record| match record {
-        Record::Channel(channel) => {
-            let split = |topic: &str| {
-                let (name, part) = topic.strip_prefix(prefix)?.split_once('/')?;
-                let part = parts.into_iter().find(|known| *known == part)?;
-                Some((name.to_owned(), part))
-            };
-            if let Some((name, part)) = split(&channel.topic) {
-                let place = methods.iter().position(|(method, _)| *method == name);
-                let index = place.unwrap_or_else(|| {
-                    methods.push((name, T::default()));
-                    methods.len() - 1
-                });
-                channels.insert(channel.id, (index, part, channel.topic));
+    walk_source(source, |record| {
+        match record {
+            Record::Channel(channel) => {
+                let split = |topic: &str| {
+                    let (name, part) = topic.strip_prefix(prefix)?.split_once('/')?;
+                    let part = parts.into_iter().find(|known| *known == part)?;
+                    Some((name.to_owned(), part))
+                };
+                if let Some((name, part)) = split(&channel.topic) {
+                    let place = methods.iter().position(|(method, _)| *method == name);
+                    let index = place.unwrap_or_else(|| {
+                        methods.push((name, T::default()));
+                        methods.len() - 1
+                    });
+                    channels.insert(channel.id, (index, part, channel.topic));
+                }
             }
-            Ok(())
+            Record::Message { header, data } => {
+                if let Some((index, part, topic)) = channels.get(&header.channel_id) {
+                    let mut at = Place::new(file, topic, &facts, &header);
+                    at.number = at.nearest_sample().0;
+                    read(&mut methods[*index].1, part, at, &data)?;
+                }
+            }
+            _ => {}
         }
-        Record::Message { header, data } => {
-            let Some((index, part, topic)) = channels.get(&header.channel_id) else {
-                return Ok(());
-            };
-            let mut at = Place::new(file, topic, &facts, &header);
-            at.number = at.nearest_sample().0;
-            read(&mut methods[*index].1, part, at, &data)
-        }
-        _ => Ok(()),
+        Ok::<_, ChannelError>(Depth::Everything)
     })?;
     Ok(methods)
 }

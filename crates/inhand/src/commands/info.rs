@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use inhand_channels::{FileInfo, info, info_of_source, view_topics};
-use inhand_container::{Source, is_mcap};
+use inhand_channels::{FileInfo, info_of_source, view_topics};
+use inhand_container::Source;
 use inhand_model::{Dictionary, Provenance};
-use inhand_session::{take_files, unpack};
+use inhand_session::containers::FileSource;
+use inhand_session::{open_take, take_files};
 use serde_json::{Value, json};
 
 use crate::console::{Console, by_finger, print};
@@ -37,15 +37,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let (mut texts, mut exit) = (String::new(), Exit::Done);
     let mut documents = Vec::new();
     for file in take_files(&args.file)? {
-        let shown = file.display().to_string();
-        let info = listed(&file, &shown)?;
+        let mut source = opened(&file)?;
+        let info = info_of_source(&mut source)?;
         let has_dictionary = (info.channels.iter()).any(|c| c.topic == DICTIONARY);
         let dictionary = has_dictionary
-            .then(|| {
-                with_bytes(&file, |bytes| {
-                    Ok(inhand_channels::read_dictionary(bytes, &shown)?)
-                })
-            })
+            .then(|| inhand_channels::dictionary_of_source(&mut source))
             .and_then(Result::ok);
         texts += &text(&info);
         let mut document = to_json(&info);
@@ -78,34 +74,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     Ok(exit)
 }
 
-/// Lists a file record by record; one that zstd packed is read whole.
-fn listed(file: &Path, shown: &str) -> Result<FileInfo> {
-    let mut begin = Vec::new();
+/// Opens a file of any size, unpacked as it is read where zstd packed it.
+fn opened(file: &Path) -> Result<FileSource> {
+    let shown = file.display().to_string();
+    if let Some(source) = open_take(file, &shown)? {
+        return Ok(source);
+    }
     let opened = File::open(file).with_context(|| format!("cannot read {shown}"))?;
-    opened.take(8).read_to_end(&mut begin)?;
-    let info = match is_mcap(&begin) {
-        true => {
-            let opened = File::open(file).with_context(|| format!("cannot read {shown}"))?;
-            let reader = BufReader::with_capacity(1 << 16, opened);
-            Source::open(shown, reader)
-                .map_err(Into::into)
-                .and_then(|mut source| info_of_source(&mut source))
-        }
-        false => with_bytes(file, |bytes| Ok(info(bytes, shown)))?,
-    };
-    info.map_err(|error| {
+    Source::open(&shown, opened).map_err(|error| {
         anyhow!(
             "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
              files of them"
         )
     })
-}
-
-/// Reads a whole file, unpacked where zstd packed it.
-fn with_bytes<T>(file: &Path, read: impl FnOnce(&[u8]) -> Result<T>) -> Result<T> {
-    let shown = file.display();
-    let stored = std::fs::read(file).with_context(|| format!("cannot read {shown}"))?;
-    read(&unpack(file, &stored)?)
 }
 
 fn text(info: &FileInfo) -> String {

@@ -8,7 +8,7 @@ use inhand_model::{Clock, Event, Label, Protocol, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
 use crate::error::{Located, SessionError, invalid};
-use crate::files::take_name;
+use crate::files::{open_take, take_name};
 use crate::output::same_file;
 use crate::settings::Settings;
 use crate::take::{Take, same_motion, same_source};
@@ -66,25 +66,19 @@ fn read_one(
     options: &OverlayOptions,
     settings: &Settings,
 ) -> Result<Input, SessionError> {
-    let bytes = crate::take::bytes(path)?;
     let refuse = |message: &str| SessionError::data(path, message);
     let mut methods = Vec::new();
-    if inhand_channels::is_mcap(&bytes) {
-        let file = path.display().to_string();
-        let info = inhand_channels::info(&bytes, &file).in_file(path)?;
-        if info.channels.iter().any(|c| c.topic == DICTIONARY) {
+    if let Some(mut source) = open_take(path, &path.display().to_string())? {
+        let channels = inhand_container::channels(&mut source).in_file(path)?;
+        if channels.iter().any(|c| c.topic == DICTIONARY) {
             return Err(refuse("a dictionary: takes are put over each other"));
         }
-        let generated = info
-            .channels
-            .iter()
-            .any(|c| c.topic.starts_with("/generated/"));
+        let generated = channels.iter().any(|c| c.topic.starts_with("/generated/"));
         if generated && options.methods != OverlayMethods::None {
-            methods = inhand_channels::read_generated(&bytes, &file, Protocol::Published)
+            methods = inhand_channels::generated_of_source(&mut source, Protocol::Published)
                 .in_file(path)?;
         }
     }
-    drop(bytes);
     let take = crate::take::read(path, settings)?;
     if take.recording.is_empty() {
         return Err(refuse("no samples: there is nothing to compare"));

@@ -12,8 +12,7 @@ use toml::{Table, Value as Toml};
 use super::Settings;
 use super::fingers::name_fingers;
 use crate::error::{Located, SessionError};
-use crate::files::{is_packed, name_of, open};
-use crate::take;
+use crate::files::{name_of, open_take};
 
 /// Steps that store their settings in a take, in their order.
 const STEPS: [&str; 5] = ["convert", "clean", "process", "generate", "run"];
@@ -110,17 +109,10 @@ fn stored_in(input: &Path, unused: &[&str]) -> Result<Table, SessionError> {
 
 /// The metadata of a take; none of a stream, which can be read only once.
 fn metadata(input: &Path, name: &str) -> Result<Metadata, SessionError> {
-    if input.is_dir() || input.is_file() && is_packed(input) {
-        return inhand_channels::read_metadata(&take::bytes(input)?, name).in_file(input);
+    match open_take(input, name)? {
+        Some(mut source) => inhand_channels::metadata_of_source(&mut source).in_file(input),
+        None => Ok(Metadata::default()),
     }
-    if !input.is_file() {
-        return Ok(Metadata::default());
-    }
-    let records = inhand_container::metadata(&mut open(input)?).in_file(input)?;
-    let records = records
-        .into_iter()
-        .map(|record| (record.name, record.facts));
-    Ok(Metadata(records.collect()))
 }
 
 /// What the last of the steps that store settings has stored. A section that this version cannot read is left out.

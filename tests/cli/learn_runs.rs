@@ -375,6 +375,26 @@ fn primitives_without_their_offset_are_refused() {
         Some(1.0),
         &["offset of row 0 is 1 m", "data above the offset"],
     );
+    // The limit on memory holds for all variables together.
+    let half = inhand_export::matrices::Variable::Numbers(nalgebra::DMatrix::zeros(100_000, 1));
+    let list = [("primitives", half.clone()), ("offset_m", half)];
+    for (form, file) in [
+        (inhand_export::matrices::MatrixFormat::Npz, "large.npz"),
+        (inhand_export::matrices::MatrixFormat::Mat, "large.mat"),
+    ] {
+        let bytes = inhand_export::matrices::write(form, file, &list).expect("matrices");
+        bench.write(file, bytes);
+        let args = [
+            &["learn"],
+            &TAKES[..],
+            &["-o", "p.mcap", "--primitives", file, "--memory-limit", "1"],
+        ];
+        refused(
+            &bench,
+            &args.concat(),
+            &[file, "offset_m", "1048576 bytes", "--memory-limit"],
+        );
+    }
 }
 
 #[test]

@@ -23,6 +23,8 @@
 //! no such matrix (text, complex and sparse numbers, cells, structures, more dimensions) do not prevent
 //! reading the others: they are listed with their kind ([`Variable::Other`]).
 //!
+//! All variables of a file together take at most the [`memory_limit`], however small it is packed.
+//!
 //! # Writing
 //!
 //! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
@@ -37,6 +39,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
+use inhand_container::memory_limit;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ExportError;
@@ -216,18 +219,50 @@ fn not_written(file: &str, name: &str, found: impl Display) -> ExportError {
 
 /// Content that contradicts the format, before its place is known.
 #[derive(Debug)]
-pub(crate) struct Fault(String);
+pub(crate) struct Fault {
+    fault: String,
+    remedy: &'static str,
+}
 
 impl Fault {
     fn new(expected: impl Display, found: impl Display) -> Self {
-        Self(format!("expected {expected}, found {found}"))
+        Self {
+            fault: format!("expected {expected}, found {found}"),
+            remedy: "save or copy the file again",
+        }
     }
 
     /// With the file and the place in it.
     fn at(self, file: &str, place: impl Display) -> ExportError {
-        let Self(fault) = self;
-        ExportError::Content(format!(
-            "{file}: {place}: {fault}; save or copy the file again"
-        ))
+        let Self { fault, remedy } = self;
+        ExportError::Content(format!("{file}: {place}: {fault}; {remedy}"))
+    }
+}
+
+/// Memory that the variables of a file may still take: a few hostile bytes may unpack to gigabytes.
+struct Budget {
+    limit: u64,
+    left: u64,
+}
+
+impl Budget {
+    fn new() -> Self {
+        let limit = memory_limit();
+        Self { limit, left: limit }
+    }
+
+    /// Takes this many bytes, before they are allocated.
+    fn take(&mut self, bytes: u64) -> Result<(), Fault> {
+        self.left = self.left.checked_sub(bytes).ok_or_else(|| self.spent())?;
+        Ok(())
+    }
+
+    /// The fault of a file that needs more than is left.
+    fn spent(&self) -> Fault {
+        let expected = format!("variables of at most {} bytes of memory", self.limit);
+        Fault {
+            remedy: "raise the limit with --memory-limit if the file is to be trusted",
+            ..Fault::new(expected, "more")
+        }
     }
 }

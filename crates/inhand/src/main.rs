@@ -40,7 +40,7 @@ struct Cli {
     #[arg(long, global = true, default_value_t = 0, value_name = "N",
           value_parser = clap::value_parser!(u16).range(0..=256))]
     threads: u16,
-    /// Memory that one record of a file may take, unpacked, MiB.
+    /// Memory that a record, or all matrices of a file, may take unpacked, MiB.
     ///
     /// Protects against files of a few bytes that unpack to gigabytes. Raise it for a file to be trusted.
     #[arg(long, global = true, default_value_t = 512, value_name = "MIB",

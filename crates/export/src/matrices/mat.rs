@@ -12,7 +12,7 @@ use flate2::read::ZlibDecoder;
 use nalgebra::DMatrix;
 
 use super::number::{ByteOrder, Kind, Numbers, matrix};
-use super::{Fault, Variable, Variables, not_written};
+use super::{Budget, Fault, Variable, Variables, not_written};
 use crate::error::ExportError;
 
 const HEADER_BYTES: usize = 128;
@@ -67,12 +67,12 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
             .escape_ascii();
         return Err(Fault::new(expected, format!("\"{found}\"")).at(file, "the header"));
     };
-    let mut variables = Variables::new();
+    let (mut variables, mut budget) = (Variables::new(), Budget::new());
     let mut elements = Elements::new(&bytes[HEADER_BYTES..], order);
     while !elements.rest.is_empty() {
         let at = bytes.len() - elements.rest.len();
         let mut name = String::new();
-        let variable = element(&mut elements, &mut name).map_err(|fault| {
+        let variable = element(&mut elements, &mut name, &mut budget).map_err(|fault| {
             let place = if name.is_empty() {
                 format!("variable at byte {at}")
             } else {
@@ -91,11 +91,15 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
 }
 
 /// One element of the file; `name` is set as soon as it is known.
-fn element(elements: &mut Elements, name: &mut String) -> Result<Option<Variable>, Fault> {
+fn element(
+    elements: &mut Elements,
+    name: &mut String,
+    budget: &mut Budget,
+) -> Result<Option<Variable>, Fault> {
     let order = elements.order;
     let (kind, data) = elements.next_element()?;
     match kind {
-        MATRIX => variable(Elements::new(data, order), name),
+        MATRIX => variable(Elements::new(data, order), name, budget),
         COMPRESSED => {
             let mut input = ZlibDecoder::new(data);
             let fault = |error| Fault::new("intact zlib data", error);
@@ -111,7 +115,11 @@ fn element(elements: &mut Elements, name: &mut String) -> Result<Option<Variable
             // The buffer grows with what is there, not with a length that the tag only claims. One
             // byte more lets zlib compare its checksum.
             let mut body = Vec::new();
-            (input.take(length as u64 + 1).read_to_end(&mut body)).map_err(fault)?;
+            let most = (length as u64).min(budget.left) + 1;
+            (input.take(most).read_to_end(&mut body)).map_err(fault)?;
+            if body.len() as u64 > budget.left {
+                return Err(budget.spent());
+            }
             if body.len() != length {
                 let found = if body.len() < length { "fewer" } else { "more" };
                 return Err(Fault::new(
@@ -119,14 +127,18 @@ fn element(elements: &mut Elements, name: &mut String) -> Result<Option<Variable
                     found,
                 ));
             }
-            variable(Elements::new(&body, order), name)
+            variable(Elements::new(&body, order), name, budget)
         }
         // Others are allowed there, but hold no variable.
         _ => Ok(None),
     }
 }
 
-fn variable(mut parts: Elements, name: &mut String) -> Result<Option<Variable>, Fault> {
+fn variable(
+    mut parts: Elements,
+    name: &mut String,
+    budget: &mut Budget,
+) -> Result<Option<Variable>, Fault> {
     if parts.rest.is_empty() {
         return Ok(None);
     }
@@ -164,7 +176,7 @@ fn variable(mut parts: Elements, name: &mut String) -> Result<Option<Variable>, 
     let (rows, columns) = (size(rows)?, size(columns)?);
     let count = rows.checked_mul(columns);
     let count = count.ok_or_else(|| Fault::new("fewer numbers", format!("{rows} x {columns}")))?;
-    let numbers = parts.numbers(count)?;
+    let numbers = parts.numbers(count, budget)?;
     matrix(rows, columns, true, numbers).map(|numbers| Some(Variable::Numbers(numbers)))
 }
 
@@ -260,9 +272,11 @@ impl<'a> Elements<'a> {
     }
 
     /// `count` numbers of the next element.
-    fn numbers(&mut self, count: usize) -> Result<Vec<f64>, Fault> {
+    fn numbers(&mut self, count: usize, budget: &mut Budget) -> Result<Vec<f64>, Fault> {
         let (kind, data) = self.next_element()?;
-        numbers_of_type(kind, self.order)?.read(data, count)
+        let layout = numbers_of_type(kind, self.order)?;
+        budget.take(8 * (data.len() / layout.width) as u64)?;
+        layout.read(data, count)
     }
 }
 

@@ -8,7 +8,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::number::{ByteOrder, Kind, Numbers, matrix};
-use super::{Fault, Variable, Variables, not_written};
+use super::{Budget, Fault, Variable, Variables, not_written};
 use crate::error::ExportError;
 
 /// Extension of the arrays in the archive.
@@ -18,7 +18,7 @@ const ARRAY: &str = ".npy";
 pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
     let archive = |error| Fault::new("a zip archive", error).at(file, "the archive");
     let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(archive)?;
-    let mut variables = Variables::new();
+    let (mut variables, mut budget) = (Variables::new(), Budget::new());
     for n in 0..zip.len() {
         let place = format!("array {n} of the archive");
         let mut entry = (zip.by_index(n))
@@ -28,14 +28,14 @@ pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
             variables.insert(name, Variable::Other("a file that is no array".to_owned()));
             continue;
         };
-        let variable =
-            array(&mut entry).map_err(|fault| fault.at(file, format!("variable {name}")))?;
+        let variable = array(&mut entry, &mut budget)
+            .map_err(|fault| fault.at(file, format!("variable {name}")))?;
         variables.insert(name.to_owned(), variable);
     }
     Ok(variables)
 }
 
-fn array(input: &mut impl Read) -> Result<Variable, Fault> {
+fn array(input: &mut impl Read, budget: &mut Budget) -> Result<Variable, Fault> {
     let Header {
         content,
         by_column,
@@ -58,15 +58,46 @@ fn array(input: &mut impl Read) -> Result<Variable, Fault> {
     };
     let count = (rows.checked_mul(columns)).filter(|n| n.checked_mul(numbers.width).is_some());
     let count = count.ok_or_else(|| Fault::new("fewer numbers", format!("{rows} x {columns}")))?;
-    // One byte more than there should be: it shows whether there are more, and reading on to the end
-    // lets the archive compare its checksum. The buffer grows with what is there, not with a size that
-    // the header only claims.
-    let most = (count * numbers.width) as u64;
-    let mut bytes = Vec::new();
-    (input.take(most.saturating_add(1)).read_to_end(&mut bytes))
-        .map_err(|error| Fault::new("intact packed data", error))?;
-    let numbers = numbers.read(&bytes, count)?;
+    // Numbers by row are put in another order, for which there are two of each.
+    let copies = if by_column { 1 } else { 2 };
+    let numbers = read_numbers(input, numbers, count, |n| {
+        budget.take(copies * 8 * n as u64)
+    })?;
     matrix(rows, columns, by_column, numbers).map(Variable::Numbers)
+}
+
+/// Numbers that are unpacked at a time.
+const PIECE: usize = 1 << 13;
+
+/// Reads `count` numbers and no more; memory grows with what is there, not with a size that the header only claims, and
+/// `take` is asked for it.
+fn read_numbers(
+    input: &mut impl Read,
+    layout: Numbers,
+    count: usize,
+    mut take: impl FnMut(usize) -> Result<(), Fault>,
+) -> Result<Vec<f64>, Fault> {
+    let (mut numbers, mut bytes) = (Vec::new(), Vec::new());
+    loop {
+        let left = count - numbers.len();
+        let wanted = left.min(PIECE);
+        take(wanted)?;
+        // One byte more than there should be at the end: it shows whether there are more, and reading on to the end
+        // lets the archive compare its checksum.
+        let most = wanted * layout.width + usize::from(wanted == left);
+        bytes.clear();
+        (input.take(most as u64).read_to_end(&mut bytes))
+            .map_err(|error| Fault::new("intact packed data", error))?;
+        if bytes.len() != wanted * layout.width {
+            let expected = format!("{count} numbers of {} bytes", layout.width);
+            let found = numbers.len() * layout.width + bytes.len();
+            return Err(Fault::new(expected, format!("{found} bytes")));
+        }
+        numbers.extend(layout.read(&bytes, wanted)?);
+        if wanted == left {
+            return Ok(numbers);
+        }
+    }
 }
 
 /// Writes an archive of arrays in Fortran order, not packed.

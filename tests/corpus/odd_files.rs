@@ -153,3 +153,26 @@ fn wrong_bookkeeping_costs_no_message() {
     let nowhere = corpus.join("hard/mcap/channel_defined_nowhere.mcap");
     assert_eq!(inhand(&["info", text(&nowhere)]).status.code(), Some(3));
 }
+
+#[test]
+fn stamps_count_where_log_times_step_back() {
+    let Some(corpus) = corpus() else { return };
+    let input = corpus.join("hard/mcap/recorder_clock_set_back_1h.mcap");
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out.mcap");
+    ok(&["convert", text(&input), "-o", text(&output)]);
+    let take = inhand_channels::read_take(&std::fs::read(&output).unwrap(), "out.mcap").unwrap();
+    let recording = take.recording;
+    assert_eq!(recording.len(), 1000);
+    let markers = recording
+        .markers
+        .iter()
+        .map(|m| m.track.iter().flatten().count());
+    let bodies = recording
+        .bodies
+        .iter()
+        .map(|b| b.track.iter().flatten().count());
+    for present in markers.chain(bodies) {
+        assert_eq!(present, 1000);
+    }
+}

@@ -38,6 +38,7 @@ impl Placed {
 struct Oddities {
     unstamped: usize,
     back_steps: usize,
+    clock_sets: usize,
     outside: usize,
     repeated: usize,
     contradicted: usize,
@@ -69,6 +70,7 @@ pub(crate) fn place(
         let found = std::mem::take(&mut stream.oddities);
         topic.unstamped += found.unstamped;
         topic.back_steps += found.back_steps;
+        topic.clock_sets += found.clock_sets;
         topic.outside += found.outside;
         if let Some(off) = found.off_clock {
             topic.off_clock = Some(topic.off_clock.unwrap_or(0.0).max(off));
@@ -90,7 +92,10 @@ pub(crate) fn place(
 
 fn stream_samples(gathered: &Gathered<'_>, stream: usize, timing: &Timing) -> StreamSamples {
     let times = timing.times(&gathered.streams[stream]);
-    let mut oddities = Oddities::default();
+    let mut oddities = Oddities {
+        clock_sets: timing.clock_sets(&gathered.streams[stream]),
+        ..Oddities::default()
+    };
     let mut last = 0;
     let mut off = Vec::with_capacity(times.len());
     let mut sample = Vec::with_capacity(times.len());
@@ -221,6 +226,11 @@ fn findings(topic: &str, oddities: &Oddities) -> Vec<Finding> {
         (
             oddities.back_steps,
             "messages come after a later one: put in the order of their times",
+        ),
+        (
+            oddities.clock_sets,
+            "times between messages at which log times jump and stamps do not, as where the recorder's clock was set: \
+             stamps are used",
         ),
         (
             oddities.outside,

@@ -161,6 +161,14 @@ impl Timing {
         capture_times(stream, self.source, self.latency_s)
     }
 
+    /// How often the clock of the recorder was set between messages of a stream, where that shows.
+    pub(crate) fn clock_sets(&self, stream: &Times) -> usize {
+        match self.source {
+            TimeSource::Stamp => steady_log(stream).1,
+            TimeSource::Publish | TimeSource::Log => 0,
+        }
+    }
+
     /// Findings about the clock that is used, and how it was found.
     fn clock_findings(&self, pace: Pace, settings: &ImportSettings) -> Vec<Finding> {
         let place = self.place.as_str();
@@ -367,10 +375,10 @@ fn latency(gathered: &Gathered<'_>, reference: &[Candidate]) -> Option<[f64; 3]>
     let all = reference.iter().flat_map(|candidate| {
         let stream = &gathered.streams[candidate.stream];
         let times = capture_times(stream, TimeSource::Stamp, None);
-        let late = |(time, log): (Option<u64>, &u64)| Some(seconds(time?, *log));
+        let late = |(time, log): (Option<u64>, u64)| Some(seconds(time?, log));
         times
             .into_iter()
-            .zip(&stream.log)
+            .zip(steady_log(stream).0)
             .filter_map(late)
             .collect::<Vec<_>>()
     });
@@ -378,6 +386,26 @@ fn latency(gathered: &Gathered<'_>, reference: &[Candidate]) -> Option<[f64; 3]>
     let least = all.iter().copied().fold(f64::INFINITY, f64::min);
     let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Some([least, median(all)?, most])
+}
+
+/// Log times by a clock that is not set, and how often it was: where it steps by more than [`STRAY_STAMP_S`] between
+/// two messages whose stamps follow each other.
+fn steady_log(times: &Times) -> (Vec<u64>, usize) {
+    let (mut steady, mut sets, mut ahead) = (Vec::with_capacity(times.log.len()), 0, 0);
+    let mut last = None;
+    for (&stamp, &log) in times.stamp.iter().zip(&times.log) {
+        if let Some((last_stamp, last_log)) = last.replace((stamp, log)) {
+            let (of_stamps, of_logs) = (seconds(last_stamp, stamp), seconds(last_log, log));
+            let follows = of_stamps > 0.0 && of_stamps <= STRAY_STAMP_S;
+            if follows && (of_logs - of_stamps).abs() > STRAY_STAMP_S {
+                let change = |from: u64, to: u64| i128::from(to) - i128::from(from);
+                ahead += change(last_log, log) - change(last_stamp, stamp);
+                sets += 1;
+            }
+        }
+        steady.push(u64::try_from(i128::from(log) - ahead).unwrap_or_default());
+    }
+    (steady, sets)
 }
 
 /// Capture times of messages. Stamps that are not there, or far from where the others of the stream
@@ -401,7 +429,8 @@ fn capture_times(
         }
         TimeSource::Stamp => {
             // A zero is a stamp where a clock starts with it, and stray elsewhere.
-            let both = || times.stamp.iter().zip(&times.log);
+            let (log, _) = steady_log(times);
+            let both = || times.stamp.iter().zip(&log);
             let late = |(&stamp, &log): (&u64, &u64)| seconds(stamp, log);
             let middle_s = median(both().map(late).collect()).unwrap_or(0.0);
             let captured = |(stamp, log)| {

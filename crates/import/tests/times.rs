@@ -108,6 +108,31 @@ fn stray_stamps_are_left_out_and_the_others_kept() {
 }
 
 #[test]
+fn stamps_count_where_the_clock_of_the_recorder_is_set() {
+    // An hour back, then two forward; a stray stamp stays one.
+    let hour = 3_600_000_000_000;
+    let log = |k: u64| match k {
+        0..50 => stamp(k),
+        50..120 => stamp(k) - hour,
+        _ => stamp(k) + hour,
+    };
+    let stamp_of = |k: u64| if k == 60 { 17_000_000_000 } else { stamp(k) };
+    let recording = read(&of((0..200).map(|k| (k, stamp_of(k), log(k), 0))));
+    assert_eq!((recording.clock.rate_hz(), recording.len()), (100.0, 200));
+    let thumb = marker(&recording, "Thumb");
+    let missing: Vec<usize> = (0..200).filter(|&k| at(thumb, k).is_none()).collect();
+    assert_eq!(missing, [60]);
+    assert_found(
+        &recording,
+        "2 times between messages at which log times jump",
+    );
+    assert_found(
+        &recording,
+        "1 messages have no stamp, or one far from those",
+    );
+}
+
+#[test]
 fn simulated_time_starts_anywhere() {
     let recording = read(&of(
         (0..100).map(|k| (k, k * 10_000_000, START + k * 10_000_000, 0))

@@ -73,8 +73,8 @@ pub fn take_files(path: &Path) -> Result<Vec<PathBuf>, SessionError> {
     Ok(names.iter().map(|name| path.join(name)).collect())
 }
 
-/// Opens the MCAP file of a take, packed or not, or the files of a bag as one; `name` is what errors call it. `None` for a file of another kind and
-/// for a stream, which can be read only once.
+/// Opens the MCAP file of a take, packed or not, or the files of a bag as one; `name` is what errors call it. `None` for
+/// a file of another kind and for a stream, which can be read only once.
 ///
 /// # Errors
 ///

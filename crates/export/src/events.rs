@@ -103,13 +103,15 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
     let csv = CsvFile::new(file, bytes);
     let mut lines = csv.bytes.split(|&byte| byte == b'\n');
     let tabs = lines.next().is_some_and(|line| line.contains(&b'\t'));
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(if tabs { b'\t' } else { b',' })
-        .from_reader(csv.bytes);
-    let headings = (reader.headers())
-        .map_err(|error| csv.csv_error(&error))?
-        .clone();
-    let columns = TimeColumns::find(file, &headings)?;
+    let start = |delimiter: u8| {
+        let mut reader = (csv::ReaderBuilder::new().delimiter(delimiter)).from_reader(csv.bytes);
+        let headings = reader.headers().map_err(|error| csv.csv_error(&error))?;
+        let headings = headings.clone();
+        Ok::<_, ExportError>((TimeColumns::find(file, &headings)?, headings, reader))
+    };
+    // A label of a table with commas may have a tab in its name.
+    let by_tabs = if tabs { start(b'\t').ok() } else { None };
+    let (columns, headings, mut reader) = by_tabs.map_or_else(|| start(b','), Ok)?;
     let labels: Vec<usize> = (0..headings.len())
         .filter(|&column| column != columns.start && Some(column) != columns.end)
         .collect();

@@ -1,6 +1,6 @@
 //! Recordings and motions as tables: a wide one with columns for each entity, a tidy one with rows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_model::{
     Clock, Finger, Frame, Motion, Pose, Position, Recording, Sample, Status, Track,
@@ -113,7 +113,7 @@ pub fn motion_entities(motion: &Motion) -> Vec<Entity<'_>> {
 /// Names of entities that differ: the second of a name is `name#2`.
 pub(crate) fn unique_names(entities: &[Entity<'_>]) -> Vec<String> {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut names: Vec<String> = Vec::with_capacity(entities.len());
+    let (mut taken, mut names) = (BTreeSet::new(), Vec::with_capacity(entities.len()));
     for entity in entities {
         let name = loop {
             let count = seen.entry(&entity.name).or_insert(0);
@@ -123,7 +123,7 @@ pub(crate) fn unique_names(entities: &[Entity<'_>]) -> Vec<String> {
                 n => format!("{}#{n}", entity.name),
             };
             // A source may itself name something `a#2`.
-            if !names.contains(&name) {
+            if taken.insert(name.clone()) {
                 break name;
             }
         };

@@ -153,13 +153,16 @@ struct EntityColumns {
 
 /// Columns by entity, in the order in which entities first appear.
 fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns>, ExportError> {
-    let find = |name: &str, suffix: &str| {
-        headings.iter().position(|heading| {
-            (heading.rsplit_once('.')).is_some_and(|(n, s)| n == name && s == suffix)
-        })
-    };
+    // The first of each name and suffix.
+    let mut places = BTreeMap::new();
+    for (place, heading) in headings.iter().enumerate() {
+        if let Some(parts) = heading.rsplit_once('.') {
+            places.entry(parts).or_insert(place);
+        }
+    }
+    let find = |name, suffix| places.get(&(name, suffix)).copied();
     let mut entities: Vec<EntityColumns> = Vec::new();
-    for heading in headings {
+    for (place, heading) in headings.iter().enumerate() {
         let Some((name, "x_m")) = heading.rsplit_once('.') else {
             continue;
         };
@@ -170,7 +173,7 @@ fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns
             })
         };
         let position = [need("x_m")?, need("y_m")?, need("z_m")?];
-        if entities.iter().any(|e| e.position[0] == position[0]) {
+        if position[0] != place {
             let (expected, twice) = ("headings that differ", format!("\"{name}.x_m\" twice"));
             return Err(ExportError::file(
                 file,
@@ -336,9 +339,13 @@ fn entities(
     facts: Option<&Facts>,
 ) -> Result<Entities, ExportError> {
     let (mut markers, mut bodies) = (Vec::new(), Vec::new());
+    // Of several with one name the first counts.
+    let all = facts.iter().flat_map(|facts| facts.entities.iter().rev());
+    let all: BTreeMap<_, _> = all
+        .map(|entity| (entity.columns.as_str(), entity))
+        .collect();
     for column in columns {
-        let mut stated = facts.iter().flat_map(|facts| &facts.entities);
-        let stated = stated.find(|entity| entity.columns == column.name);
+        let stated = all.get(column.name.as_str());
         let (name, id) = match stated {
             Some(stated) => (stated.name.clone(), stated.id.clone()),
             None => (column.name.clone(), String::new()),

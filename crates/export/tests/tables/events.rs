@@ -34,6 +34,14 @@ fn csv_comes_back_to_the_byte() {
 }
 
 #[test]
+fn a_tab_in_a_label_separates_no_columns() {
+    let csv = "start_s,end_s,a\tb\n0,1,slip\n";
+    let annotations = read(csv.as_bytes(), "a.csv", START).unwrap();
+    assert_eq!(annotations.events[0].labels["a\tb"], "slip");
+    assert_eq!(written(&annotations), csv);
+}
+
+#[test]
 fn other_time_columns_are_read() {
     let event = |start, end| {
         let labels = [("trial_type".to_owned(), "rotate".to_owned())].into();

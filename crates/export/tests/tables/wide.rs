@@ -243,6 +243,19 @@ fn blank_cells_are_missing_and_half_samples_are_told() {
     );
 }
 
+/// Were each column sought among all others, this would take a minute.
+#[test]
+fn a_table_of_many_columns_is_read() {
+    let names = (0..6000).map(|n| format!(",m{n}.x_m,m{n}.y_m,m{n}.z_m"));
+    let mut csv = "time_s".to_owned() + &names.collect::<String>();
+    for time in ["0", "0.01", "0.02"] {
+        csv = csv + "\n" + time + &",1,2,3".repeat(6000);
+    }
+    let take = read_wide_csv(csv.as_bytes(), "a.csv", None, None).unwrap();
+    assert_eq!((take.markers.len(), take.len()), (6000, 3));
+    assert_eq!(take.markers[5999].name, "m5999");
+}
+
 #[test]
 fn only_wide_tables_look_like_one() {
     assert!(looks_like_wide_csv(b"\xef\xbb\xbftime_s,a.x_m"));

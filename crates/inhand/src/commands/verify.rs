@@ -155,6 +155,9 @@ fn to_json(shown: &str, verified: &Verified) -> Value {
     let differences: Vec<_> = differences(verified)
         .map(|own| json!({ "place": own.place, "expected": own.expected, "found": own.found }))
         .collect();
+    let computed: Vec<_> = (verified.recomputed.iter())
+        .map(|(what, number)| json!({ "what": what, "number": number }))
+        .collect();
     let structure = verified.container.as_ref().map(|own| {
         let audit = &own.audit;
         json!({
@@ -171,7 +174,7 @@ fn to_json(shown: &str, verified: &Verified) -> Value {
         "file": shown,
         "equal": is_equal(verified),
         "structure": structure,
-        "computed": verified.recomputed,
+        "computed": computed,
         "inputs": verified.inputs,
         "absent_inputs": verified.absent_inputs,
         "notes": notes(verified).collect::<Vec<_>>(),

@@ -31,7 +31,7 @@ macro_rules! ours {
     )*
 
     /// Schemas of ours, with how their messages are decoded.
-    const OURS: &[(fn() -> Schema, Decode)] =
+    const OURS: &[Writable] =
         &[$((messages::$message::schema, decode::<messages::$message>)),*];
     };
 }
@@ -59,7 +59,7 @@ macro_rules! viewers {
     )*
 
     /// The same of viewers.
-    const VIEWERS: &[(fn() -> Schema, Decode)] = &[$(($message::schema, decode::<$message>)),*];
+    const VIEWERS: &[Writable] = &[$(($message::schema, decode::<$message>)),*];
     };
 }
 
@@ -67,6 +67,9 @@ viewers!(Event, FrameTransforms, Log, PointCloud, SceneUpdate);
 
 /// Decodes a message, and forgets it.
 pub(crate) type Decode = fn(&[u8]) -> Result<(), DecodeError>;
+
+/// A schema with how its messages are decoded.
+type Writable = (fn() -> Schema, Decode);
 
 fn decode<M: Logged + Default>(data: &[u8]) -> Result<(), DecodeError> {
     M::decode(data).map(drop)
@@ -83,7 +86,7 @@ pub(crate) enum KnownSchema {
 impl KnownSchema {
     /// `None` for a schema of another program.
     pub(crate) fn find(schema: &SchemaFacts) -> Option<Self> {
-        let find = |known: &[(fn() -> Schema, Decode)]| {
+        let find = |known: &[Writable]| {
             let known = known.iter().map(|&(own, decode)| (own(), decode));
             let mut of_name = known.filter(|(own, _)| own.name == schema.name);
             of_name

@@ -121,7 +121,7 @@ impl Auditor<'_> {
             if head.opcode == op::ATTACHMENT && !in_summary {
                 self.close_chunk();
                 match check_whole(source, head) {
-                    Ok(index) => self.attachment(index),
+                    Ok(index) => self.attachment(&index),
                     Err(error) => self.found.differences.fault(error)?,
                 }
                 continue;
@@ -226,10 +226,10 @@ impl Auditor<'_> {
         }
     }
 
-    fn attachment(&mut self, held: AttachmentIndex) {
+    fn attachment(&mut self, held: &AttachmentIndex) {
         self.found.attachments += 1;
         let stated = self.summary.attachments.remove(&held.offset);
-        if let Some(stated) = stated.filter(|own| *own != held) {
+        if let Some(stated) = stated.filter(|own| own != held) {
             let place = format_args!("attachment index of byte {}", held.offset);
             let differences = &mut self.found.differences;
             differences.add(place, format!("{held:?}"), format!("{stated:?}"));
@@ -354,7 +354,7 @@ impl Auditor<'_> {
             channels.dedup();
             for channel in channels {
                 let of = |counts: &BTreeMap<u16, u64>| counts.get(channel).copied();
-                let [held, stated] = [&self.by_channel, of_channels].map(|counts| of(counts));
+                let [held, stated] = [&self.by_channel, of_channels].map(of);
                 let place = format_args!("statistics, messages of channel {channel}");
                 found.compare(place, held.unwrap_or_default(), stated.unwrap_or_default());
             }

@@ -171,7 +171,7 @@ impl Verified {
             Ok(()) => {}
             Err(error) => {
                 self.differences
-                    .add("rows", "those of this evaluation", in_words(&error))
+                    .add("rows", "those of this evaluation", in_words(&error));
             }
         }
         self.inputs(path, &provenance, inputs)

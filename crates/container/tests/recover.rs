@@ -407,3 +407,15 @@ fn what_is_left_over_of_a_zeroed_channel_is_not_written() {
     let (place, _) = written.find(|(_, opcode)| *opcode == op::CHANNEL).unwrap();
     assert_eq!(out[place + 1], 16);
 }
+
+#[test]
+fn a_channel_whose_facts_go_beyond_their_length_costs_nothing_else() {
+    // A topic and an encoding without text; facts of 8 bytes, of which the first text has 4 and the second 2.
+    let facts = [4, 0, 0, 0, b'k', b'e', b'y', b's', 2, 0, 0, 0, b'a', b'b'];
+    let channel = [&[0; 12][..], &8_u32.to_le_bytes(), &facts].concat();
+    let channel = record(op::CHANNEL, &channel);
+    let message = record(op::MESSAGE, &[0; 24]);
+    let header = record(op::HEADER, &[0; 8]);
+    let (out, _) = saved(&of_records(&[header, channel, message]));
+    assert_eq!(sent(&out).len(), 1);
+}

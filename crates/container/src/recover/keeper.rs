@@ -90,8 +90,11 @@ impl<'a> Keeper<'a> {
     fn define(&mut self, file: usize, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
         let mut body = body.to_vec();
         // Zeroed bytes are short texts and what is left over, which some readers take for the next record.
-        if let Some(bytes) = stated_bytes(opcode, &body) {
-            body.truncate(usize::try_from(bytes).unwrap_or(body.len()));
+        if let Some(bytes) = stated_bytes(opcode, &body)
+            && let Some(trimmed) = body.get(..bytes as usize)
+            && parse_record(opcode, trimmed).is_ok()
+        {
+            body.truncate(bytes as usize);
         }
         if let Ok(Record::Channel(channel)) = parse_record(opcode, &body)
             && channel.schema_id != 0

@@ -144,6 +144,36 @@ fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
         .collect()
 }
 
+#[test]
+fn the_oldest_toolchain_builds_every_crate() {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--offline"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs: it runs this test");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON");
+    let version = |package: &Value| -> Vec<u32> {
+        let stated = package["rust_version"].as_str().unwrap_or("1.0");
+        let parts = stated
+            .split('.')
+            .map(|part| part.parse().expect("a number"));
+        parts.chain([0, 0]).take(3).collect()
+    };
+    let packages = metadata["packages"]
+        .as_array()
+        .expect("metadata lists packages");
+    let ours = |package: &&Value| package["name"] == "inhand";
+    let oldest = packages.iter().find(ours).map(version);
+    let newer: Vec<_> = (packages.iter())
+        .filter(|package| Some(version(package)) > oldest)
+        .map(|package| (&package["name"], &package["rust_version"]))
+        .collect();
+    assert!(
+        newer.is_empty(),
+        "rust-version in Cargo.toml is older than that of {newer:?}"
+    );
+}
+
 fn text(value: &Value) -> String {
     value.as_str().expect("names are strings").to_owned()
 }

@@ -116,13 +116,15 @@ fn gather(
     Ok(Some(gathered))
 }
 
-/// Motions of some takes before the filter, and after it where they are stored; `None` where they need another way of
-/// processing. The takes themselves are not held any longer.
+/// Motions before the filter, and after it where they are stored.
+type Motions = (Vec<Motion>, Option<Vec<Motion>>);
+
+/// Motions of some takes; `None` where they need another way of processing. The takes themselves are not held any longer.
 fn motions(
     mut takes: Vec<Take>,
     settings: &Settings,
     way: Processing,
-) -> Result<Option<(Vec<Motion>, Option<Vec<Motion>>)>, SessionError> {
+) -> Result<Option<Motions>, SessionError> {
     let clusters = |take: &Take| {
         take.roles.as_ref().is_ok_and(|roles| {
             std::iter::once(&roles.hand)

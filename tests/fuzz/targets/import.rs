@@ -1,0 +1,17 @@
+#![no_main]
+
+use inhand_fuzz::documents;
+use inhand_import::{ImportSettings, read_take, views_for};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+
+fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
+    inhand_fuzz::mutate::mutate(data, size, max_size, seed)
+});
+
+fuzz_target!(init: inhand_fuzz::start(), |bytes: &[u8]| {
+    let read = read_take(bytes, "bag.mcap", &ImportSettings::default());
+    let _ = views_for(bytes, "bag.mcap", &ImportSettings::default());
+    if let Ok(read) = read {
+        documents::check_recording(&read.recording);
+    }
+});

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add};
 use crate::matrix_view::{STRIP, Strip, View, chunk_width};
-use crate::product::mirror_lower;
 use crate::real::Real;
 
 /// Terms that are summed before the result is written: a strip of the right operand this deep stays
@@ -129,6 +128,15 @@ pub(crate) fn gram_lower<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
     let right = View::columns(factor, rank).transposed();
     Packed::new(factor, rank).times_from(right, &mut out, |column| column);
     out
+}
+
+/// Copies the lower triangle of a square matrix into the upper one.
+pub(crate) fn mirror_lower<T: Real>(matrix: &mut [T], rank: usize) {
+    for column in 0..rank {
+        for row in column + 1..rank {
+            matrix[row * rank + column] = matrix[column * rank + row];
+        }
+    }
 }
 
 /// The arguments of [`Packed::times_from`].

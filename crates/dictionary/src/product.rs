@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use crate::matrix_view::{View, chunk_width, subtract_product};
-use crate::packed::Packed;
+use crate::packed::{Packed, mirror_lower};
 use crate::real::Real;
 
 /// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows.
@@ -23,15 +23,6 @@ pub(crate) fn sum_lower<T: Real>(parts: Vec<Vec<T>>, rank: usize) -> Vec<T> {
     }
     mirror_lower(&mut total, rank);
     total
-}
-
-/// Copies the lower triangle of a square matrix into the upper one.
-pub(crate) fn mirror_lower<T: Real>(matrix: &mut [T], rank: usize) {
-    for column in 0..rank {
-        for row in column + 1..rank {
-            matrix[row * rank + column] = matrix[column * rank + row];
-        }
-    }
 }
 
 /// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.

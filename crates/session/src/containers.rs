@@ -19,7 +19,7 @@ use crate::TOOL;
 use crate::annotate::{self, Exchange};
 use crate::error::{Located, SessionError};
 pub use crate::files::{FileSource, filter, hash_file, open};
-use crate::files::{RECORDING, name_of, select, take_start};
+use crate::files::{RECORDING, name_of, take_start};
 use crate::output::write_atomic;
 
 /// Input files that stay open while they are merged; of more, each is opened when it is read.
@@ -89,6 +89,9 @@ pub fn interval(
     Ok(Interval::new(from, to))
 }
 
+const NOTHING_KEPT: &str = "no message is in that range; a time is given in seconds since the start, as UTC or in \
+                            nanoseconds since 1970, and `inhand info` prints start and end";
+
 /// Writes intervals of a file.
 ///
 /// What stays is byte for byte as it was, but for messages that still hold at the start of an interval
@@ -139,7 +142,14 @@ pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, S
         selection.replace.extend(take.replace.clone());
         selection.add.extend(take.add.clone());
     }
-    let mut selected = select(&mut source, input, output, &selection)?;
+    let mut selected = Selected::default();
+    write_atomic(output, |out| {
+        selected = inhand_container::select(&mut source, out, &selection).in_file(input)?;
+        match selected.written.messages {
+            0 => Err(SessionError::usage(input, NOTHING_KEPT)),
+            _ => Ok(()),
+        }
+    })?;
     // Events that were written anew are not lost.
     selected.left_out = selected.left_out.saturating_sub(selected.appended);
     Ok(Cut {

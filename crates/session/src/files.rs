@@ -188,10 +188,6 @@ pub fn filter(
     select(&mut open(input)?, input, output, selection)
 }
 
-const NOTHING_KEPT: &str = "no message is in that range; a time is given in seconds since the start, as UTC or in \
-                            nanoseconds since 1970, and `inhand info` prints start and end";
-
-/// Writes what is selected; an error where times are selected in which there is no message.
 pub(crate) fn select(
     source: &mut FileSource,
     input: &Path,
@@ -201,10 +197,7 @@ pub(crate) fn select(
     let mut selected = Selected::default();
     write_atomic(output, |out| {
         selected = inhand_container::select(source, out, selection).in_file(input)?;
-        match selected.written.messages == 0 && !selection.keep.is_empty() {
-            true => Err(SessionError::usage(input, NOTHING_KEPT)),
-            false => Ok(()),
-        }
+        Ok(())
     })?;
     Ok(selected)
 }

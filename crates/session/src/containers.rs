@@ -145,9 +145,10 @@ pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, S
     let mut selected = Selected::default();
     write_atomic(output, |out| {
         selected = inhand_container::select(&mut source, out, &selection).in_file(input)?;
-        match selected.written.messages {
-            0 => Err(SessionError::usage(input, NOTHING_KEPT)),
-            _ => Ok(()),
+        let has_others = selected.left_out > 0 || selected.chunks_skipped > 0;
+        match selected.written.messages == 0 && has_others {
+            true => Err(SessionError::usage(input, NOTHING_KEPT)),
+            false => Ok(()),
         }
     })?;
     // Events that were written anew are not lost.

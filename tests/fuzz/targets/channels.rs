@@ -2,6 +2,9 @@
 
 use std::io::Cursor;
 
+use inhand_container::Source;
+use std::io::Cursor;
+
 use inhand_channels::{
     info, preview, read_annotations, read_dictionary, read_evaluated, read_file_events,
     read_generated, read_leading_metadata, read_metadata, read_take, write_dictionary,
@@ -22,7 +25,9 @@ fuzz_target!(init: inhand_fuzz::start(), |bytes: &[u8]| {
     }
     let _ = read_leading_metadata(bytes);
     let _ = read_annotations(bytes, "take.mcap");
-    let _ = read_file_events(bytes, "take.mcap");
+    if let Ok(mut source) = Source::open("take.mcap", Cursor::new(bytes)) {
+        let _ = read_file_events(&mut source);
+    }
     if let Ok(metadata) = read_metadata(bytes, "take.mcap") {
         let _ = metadata.provenance("take.mcap");
     }

@@ -1,5 +1,8 @@
 #![no_main]
 
+use std::io::Cursor;
+
+use inhand_container::Source;
 use inhand_fuzz::documents;
 use inhand_import::{ImportSettings, read_take, views_for};
 use libfuzzer_sys::{fuzz_mutator, fuzz_target};
@@ -10,7 +13,9 @@ fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
 
 fuzz_target!(init: inhand_fuzz::start(), |bytes: &[u8]| {
     let read = read_take(bytes, "bag.mcap", &ImportSettings::default());
-    let _ = views_for(bytes, "bag.mcap", &ImportSettings::default());
+    if let Ok(mut source) = Source::open("bag.mcap", Cursor::new(bytes)) {
+        let _ = views_for(&mut source, &ImportSettings::default());
+    }
     if let Ok(read) = read {
         documents::check_recording(&read.recording);
     }

@@ -2,9 +2,6 @@
 
 use std::io::Cursor;
 
-use inhand_container::Source;
-use std::io::Cursor;
-
 use inhand_channels::{
     info, preview, read_annotations, read_dictionary, read_evaluated, read_file_events,
     read_generated, read_leading_metadata, read_metadata, read_take, write_dictionary,

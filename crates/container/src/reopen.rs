@@ -13,6 +13,9 @@ pub struct Reopened {
 }
 
 impl Reopened {
+    /// Files that may stay open while they are read together; more than these are opened when they are read.
+    pub const MOST_OPEN: usize = 200;
+
     /// The file at this path, from its start.
     pub fn new(path: &Path) -> Self {
         Self {

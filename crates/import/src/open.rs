@@ -9,9 +9,6 @@ use inhand_container::{
     merge, zstd_reader,
 };
 
-/// Files of a bag that stay open while they are read; of more, each is opened when it is read.
-const MOST_OPEN: usize = 200;
-
 /// Bytes that are read at a time.
 const BUFFER_BYTES: usize = 1 << 16;
 
@@ -39,7 +36,7 @@ pub fn open(files: &[PathBuf], name: &str) -> Result<Option<Source<'static>>, Co
     }
     let files = files.to_vec();
     let open_all = move || {
-        let reopen = files.len() > MOST_OPEN;
+        let reopen = files.len() > Reopened::MOST_OPEN;
         let open = |file: &PathBuf| {
             let shown = file.display().to_string();
             match open_one(file, &shown, reopen)? {

@@ -22,9 +22,6 @@ pub use crate::files::{FileSource, filter, hash_file, open};
 use crate::files::{RECORDING, name_of, take_start};
 use crate::output::write_atomic;
 
-/// Input files that stay open while they are merged; of more, each is opened when it is read.
-const MOST_OPEN: usize = 200;
-
 /// An instant as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instant {
@@ -218,7 +215,7 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
         if metadata_of_source(&mut source).in_file(input)?.is_take() {
             takes.push(input);
         }
-        if inputs.len() > MOST_OPEN {
+        if inputs.len() > Reopened::MOST_OPEN {
             let reader = BufReader::with_capacity(1 << 16, Reopened::new(input));
             source = Source::open(&name_of(input), reader).in_file(input)?;
         }

@@ -11,7 +11,7 @@ use inhand_motion::{Deviation, deviations};
 
 use crate::containers;
 use crate::error::{Located, SessionError, in_words};
-use crate::files::{facts_path, hash_file, name_of, open, take_start};
+use crate::files::{name_of, open, take_start};
 use crate::manifest::{self, RUN_FILE};
 use crate::output::folder_of;
 use crate::sessions::Part;
@@ -70,10 +70,7 @@ impl InputFiles {
         if let Some(known) = self.hashes.get(path) {
             return Ok(known.clone());
         }
-        // Of a file that is alone its content is never held.
-        let is_alone = path.is_file() && !facts_path(path).exists();
-        let hash = if is_alone { hash_file } else { hash_take };
-        let hash = hash(path)?.sha256;
+        let hash = hash_take(path)?.sha256;
         self.hashes.insert(path.to_owned(), hash.clone());
         Ok(hash)
     }

@@ -140,20 +140,22 @@ pub fn messages(bytes: &[u8]) -> (Vec<Message>, Result<(), McapError>) {
     };
     for message in stream {
         match message {
-            Ok(m) => {
-                let topic = m.channel.topic.clone();
-                messages.push((
-                    topic,
-                    m.sequence,
-                    m.log_time,
-                    m.publish_time,
-                    m.data.into_owned(),
-                ));
-            }
+            Ok(message) => messages.push(facts(message)),
             Err(error) => return (messages, Err(error)),
         }
     }
     (messages, Ok(()))
+}
+
+fn facts(m: mcap::Message<'_>) -> Message {
+    let topic = m.channel.topic.clone();
+    (
+        topic,
+        m.sequence,
+        m.log_time,
+        m.publish_time,
+        m.data.into_owned(),
+    )
 }
 
 /// The messages of a file by its indexes, sorted.
@@ -170,15 +172,7 @@ pub fn indexed(bytes: &[u8]) -> Result<Vec<Message>, McapError> {
         }
         let entries = summary.read_message_indexes(bytes, chunk)?;
         for entry in entries.into_values().flatten() {
-            let m = summary.seek_message(bytes, chunk, &entry)?;
-            let topic = m.channel.topic.clone();
-            messages.push((
-                topic,
-                m.sequence,
-                m.log_time,
-                m.publish_time,
-                m.data.into_owned(),
-            ));
+            messages.push(facts(summary.seek_message(bytes, chunk, &entry)?));
         }
     }
     messages.sort();

@@ -57,6 +57,19 @@ struct Made {
 }
 
 impl Made {
+    /// The schema and all channels.
+    fn define(&mut self) {
+        self.push(op::SCHEMA, &schema(), Holds::default());
+        for id in 1..=CHANNELS {
+            let channels = BTreeSet::from([id]);
+            let holds = Holds {
+                channels,
+                ..Holds::default()
+            };
+            self.push(op::CHANNEL, &channel(id), holds);
+        }
+    }
+
     fn push(&mut self, opcode: u8, body: &[u8], holds: Holds) {
         let start = self.bytes.len();
         self.bytes.extend(record(opcode, body));
@@ -169,18 +182,7 @@ fn make(dice: &mut Dice) -> Made {
         let chunked = layout == 0 || (layout == 2 && dice.one_in(2));
         let defines = definitions == 1 || (definitions == 0 && n == 0);
         if defines && !chunked {
-            made.push(op::SCHEMA, &schema(), Holds::default());
-            for id in 1..=CHANNELS {
-                let channels = BTreeSet::from([id]);
-                made.push(
-                    op::CHANNEL,
-                    &channel(id),
-                    Holds {
-                        channels,
-                        ..Holds::default()
-                    },
-                );
-            }
+            made.define();
         }
         let mut records = if defines {
             defining.concat()
@@ -236,18 +238,7 @@ fn make(dice: &mut Dice) -> Made {
     made.push(op::DATA_END, &sum.to_le_bytes(), Holds::default());
     let summary_start = made.bytes.len();
     if with_summary {
-        made.push(op::SCHEMA, &schema(), Holds::default());
-        for id in 1..=CHANNELS {
-            let channels = BTreeSet::from([id]);
-            made.push(
-                op::CHANNEL,
-                &channel(id),
-                Holds {
-                    channels,
-                    ..Holds::default()
-                },
-            );
-        }
+        made.define();
         let mut by_channel = Vec::new();
         for (id, count) in &counts {
             by_channel.extend(id.to_le_bytes());

@@ -16,8 +16,9 @@ pub fn extremes<'a>(motions: impl IntoIterator<Item = &'a Motion>) -> Option<Vel
         let rate_hz = motion.clock.rate_hz();
         for finger in Finger::ALL {
             let base = finger.index() * 3;
-            for pair in motion.fingertips[finger].values().windows(2) {
-                let step_m = pair[1].coords_m() - pair[0].coords_m();
+            let values = motion.fingertips[finger].values();
+            for (earlier, later) in values.clone().zip(values.skip(1)) {
+                let step_m = later.coords_m() - earlier.coords_m();
                 for (axis, &step_m) in step_m.iter().enumerate() {
                     // A step to or from a missing sample is NaN and changes neither.
                     min_m_s[base + axis] = min_m_s[base + axis].min(step_m * rate_hz);

@@ -33,7 +33,7 @@ impl Geometry {
         Self {
             places: PerFinger::from_fn(|finger| {
                 let axis = |axis: usize| {
-                    let places = tracks[finger].values().iter();
+                    let places = tracks[finger].values();
                     median_and_deviation(places.map(|at| at.coords_m()[axis]))
                 };
                 let axes = [axis(0), axis(1), axis(2)];

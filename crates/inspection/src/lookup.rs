@@ -5,9 +5,7 @@ use std::ops::Range;
 use inhand_model::{
     BodySource, Finger, Hand, PerFinger, PointTrack, PoseTrack, Recording, Roles, World,
 };
-use inhand_motion::{
-    BodyRole, GapFill, MotionError, fill_poses, fit_templates, in_role, role_body,
-};
+use inhand_motion::{BodyRole, GapFill, MotionError, fill_poses, fit_templates, role_body};
 
 use crate::detect::flips::{breaks, without_flips};
 
@@ -53,8 +51,8 @@ pub(crate) fn hand_poses(
     let templates = fit_templates([(recording, &hand)])?;
     let body = role_body(recording, BodyRole::Hand, &hand.hand, &templates)?;
     let mut track = match (&hand.hand, flips) {
-        (BodySource::RigidBody(_), Flips::SetAside) => in_role(&without_flips(&body, rate_hz)),
-        _ => in_role(&body.track),
+        (BodySource::RigidBody(_), Flips::SetAside) => without_flips(&body, rate_hz).in_role(),
+        _ => body.track.clone().in_role(),
     };
     let max_gap = (HAND_GAP_S * rate_hz).round() as usize;
     fill_poses(&mut track, max_gap, GapFill::Linear);

@@ -95,8 +95,7 @@ fn reach(values: &[f64]) -> f64 {
 
 /// A coordinate over an interval, metres; NaN where it is missing.
 fn coordinate(track: &PointTrack<Hand>, axis: usize, samples: Range<usize>) -> Vec<f64> {
-    let values = &track.values()[samples];
-    values.iter().map(|p| p.to_array()[axis]).collect()
+    samples.map(|k| track.value(k).to_array()[axis]).collect()
 }
 
 fn filtering(before: &[&Motion], after: &[&Motion]) -> Option<Filtering> {

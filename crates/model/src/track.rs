@@ -1,12 +1,19 @@
 //! Samples over time, each with what is known of it: measured, filled or missing.
 
+use std::marker::PhantomData;
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
-use crate::frame::{Frame, Pose, Position};
+use crate::frame::{Body, Frame, Pose, Position};
 use crate::names::named;
+
+mod values;
+
+use self::values::Values;
+
+pub use self::values::Number;
 
 named! {
     /// What is known of one sample.
@@ -35,36 +42,37 @@ impl Status {
     }
 }
 
-/// A value that a [`Track`] can hold; NaN stands in memory where it is missing, so that a missing
-/// value used by mistake cannot pass for a number.
+/// A value that a [`Track`] can hold.
 pub trait Sample: Copy {
-    /// The stand-in for a missing value.
-    fn missing() -> Self;
-    /// Whether every component is a finite number.
-    fn is_finite(self) -> bool;
+    /// The value without its frames.
+    type Number: Number;
+    /// The value without its frames.
+    fn number(self) -> Self::Number;
+    /// The value in its frames.
+    fn of_number(number: Self::Number) -> Self;
 }
 
 impl<F: Frame> Sample for Position<F> {
-    fn missing() -> Self {
-        Self::new(f64::NAN, f64::NAN, f64::NAN)
+    type Number = Point3<f64>;
+
+    fn number(self) -> Point3<f64> {
+        self.point()
     }
 
-    fn is_finite(self) -> bool {
-        Position::is_finite(self)
+    fn of_number(point: Point3<f64>) -> Self {
+        Self::from_point(point)
     }
 }
 
 impl<To: Frame, From: Frame> Sample for Pose<To, From> {
-    fn missing() -> Self {
-        let rotation = Quaternion::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN);
-        Self::new(Isometry3::from_parts(
-            Translation3::from(Vector3::repeat(f64::NAN)),
-            UnitQuaternion::new_unchecked(rotation),
-        ))
+    type Number = Isometry3<f64>;
+
+    fn number(self) -> Isometry3<f64> {
+        self.isometry()
     }
 
-    fn is_finite(self) -> bool {
-        Pose::is_finite(self)
+    fn of_number(isometry: Isometry3<f64>) -> Self {
+        Self::new(isometry)
     }
 }
 
@@ -80,10 +88,14 @@ pub struct TrackCounts {
 }
 
 /// One quantity at every sample of a take. A sample is present if and only if its value is finite.
+///
+/// A copy takes memory for its statuses and for what is changed in it. Values of all tracks together take some 100 MB
+/// of memory; those beyond are kept in a temporary file.
 #[derive(Clone, Debug)]
 pub struct Track<T> {
-    values: Vec<T>,
+    values: Values,
     status: Vec<Status>,
+    kind: PhantomData<T>,
 }
 
 /// Positions over time in frame `F`.
@@ -91,20 +103,29 @@ pub type PointTrack<F> = Track<Position<F>>;
 /// Poses over time.
 pub type PoseTrack<To, From> = Track<Pose<To, From>>;
 
+impl<To: Frame> PoseTrack<To, Body> {
+    /// Poses in the frame of the role that a body plays, which are the same numbers.
+    pub fn in_role<F: Frame>(self) -> PoseTrack<To, F> {
+        Track {
+            values: self.values,
+            status: self.status,
+            kind: PhantomData,
+        }
+    }
+}
+
 impl<T: Sample> Track<T> {
     /// A track of `len` missing samples.
     pub fn missing(len: usize) -> Self {
-        Self {
-            values: vec![T::missing(); len],
-            status: vec![Status::Missing; len],
-        }
+        (0..len).map(|_| (None, Status::Missing)).collect()
     }
 
     /// An empty track with room for `capacity` samples.
     pub fn with_capacity(capacity: usize) -> Self {
         Self {
-            values: Vec::with_capacity(capacity),
+            values: Values::default(),
             status: Vec::with_capacity(capacity),
+            kind: PhantomData,
         }
     }
 
@@ -119,24 +140,24 @@ impl<T: Sample> Track<T> {
     /// Appends a sample. `None`, a value that is not finite and [`Status::Missing`] all append a
     /// missing sample.
     pub fn push(&mut self, value: Option<T>, status: Status) {
-        let (value, status) = normalised(value, status);
-        self.values.push(value);
+        let (number, status) = normalised(value, status);
+        self.values.push(number);
         self.status.push(status);
     }
 
     /// Number of samples.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.status.len()
     }
 
     /// Whether there is no sample at all.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.status.is_empty()
     }
 
     /// The value at sample `k`, unless it is missing or outside the track.
     pub fn get(&self, k: usize) -> Option<T> {
-        (self.status(k).is_present()).then(|| self.values[k])
+        (self.status(k).is_present()).then(|| T::of_number(self.values.get(k)))
     }
 
     /// The status of sample `k`; outside the track it is missing.
@@ -149,9 +170,19 @@ impl<T: Sample> Track<T> {
         &self.status
     }
 
+    /// The value at sample `k`, NaN where it is missing.
+    ///
+    /// # Panics
+    ///
+    /// If `k` is outside the track.
+    pub fn value(&self, k: usize) -> T {
+        assert!(k < self.len(), "sample {k} is in the track");
+        T::of_number(self.values.get(k))
+    }
+
     /// Values of all samples, NaN where missing.
-    pub fn values(&self) -> &[T] {
-        &self.values
+    pub fn values(&self) -> impl ExactSizeIterator<Item = T> + Clone {
+        (0..self.len()).map(|k| self.value(k))
     }
 
     /// Replaces sample `k`, by the rules of [`Track::push`].
@@ -160,13 +191,14 @@ impl<T: Sample> Track<T> {
     ///
     /// If `k` is outside the track.
     pub fn set(&mut self, k: usize, value: Option<T>, status: Status) {
-        (self.values[k], self.status[k]) = normalised(value, status);
+        let (number, status) = normalised(value, status);
+        self.values.set(k, number);
+        self.status[k] = status;
     }
 
     /// Values in order, `None` where missing.
     pub fn iter(&self) -> impl Iterator<Item = Option<T>> {
-        let samples = self.values.iter().zip(&self.status);
-        samples.map(|(&value, status)| status.is_present().then_some(value))
+        (0..self.len()).map(|k| self.get(k))
     }
 
     /// A track of the same length, each present value changed, statuses kept.
@@ -184,10 +216,8 @@ impl<T: Sample> Track<T> {
     /// If the range goes outside the track.
     #[must_use]
     pub fn slice(&self, range: Range<usize>) -> Self {
-        Self {
-            values: self.values[range.clone()].to_vec(),
-            status: self.status[range].to_vec(),
-        }
+        assert!(range.end <= self.len(), "a part of a track lies inside it");
+        range.map(|k| (self.get(k), self.status[k])).collect()
     }
 
     /// How many samples have each status.
@@ -248,10 +278,10 @@ pub fn runs(range: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usi
     runs
 }
 
-fn normalised<T: Sample>(value: Option<T>, status: Status) -> (T, Status) {
-    match value {
-        Some(value) if status.is_present() && value.is_finite() => (value, status),
-        _ => (T::missing(), Status::Missing),
+fn normalised<T: Sample>(value: Option<T>, status: Status) -> (T::Number, Status) {
+    match value.map(T::number) {
+        Some(number) if status.is_present() && number.is_finite() => (number, status),
+        _ => (T::Number::missing(), Status::Missing),
     }
 }
 

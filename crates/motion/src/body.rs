@@ -2,9 +2,7 @@
 
 use std::borrow::Cow;
 
-use inhand_model::{
-    Body, BodyKind, BodySource, Frame, Pose, PoseTrack, Recording, Status, TrackedBody, World,
-};
+use inhand_model::{Body, BodyKind, BodySource, Pose, Recording, Status, TrackedBody, World};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -40,11 +38,6 @@ pub fn role_body<'a>(
         BodySource::RigidBody(name) => Cow::Borrowed(body(recording, role.name(), name)?),
         BodySource::Markers(names) => Cow::Owned(fitted_body(recording, role, names, templates)?),
     })
-}
-
-/// Poses in the frame of the role that a body plays.
-pub fn in_role<F: Frame>(poses: &PoseTrack<World, Body>) -> PoseTrack<World, F> {
-    poses.map(|pose| Pose::new(pose.isometry()))
 }
 
 fn fitted_body(

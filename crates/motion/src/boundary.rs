@@ -25,14 +25,15 @@ impl Boundary {
     /// Recorded positions, and the velocity over the samples outside the segment.
     pub(crate) fn differences(self, table: &SegmentTable) -> EndConditions {
         let Self { first, last, .. } = self;
-        let fingertips_m = table.fingertips_m();
+        let fingertips_m = |k| table.configuration_m(k);
         let per_second = self.rate_hz / self.samples as f64;
         let velocity = |from: usize, to: usize| -> Configuration {
-            std::array::from_fn(|i| (fingertips_m[to][i] - fingertips_m[from][i]) * per_second)
+            let (from, to) = (fingertips_m(from), fingertips_m(to));
+            std::array::from_fn(|i| (to[i] - from[i]) * per_second)
         };
         EndConditions {
-            first_m: fingertips_m[first],
-            last_m: fingertips_m[last],
+            first_m: fingertips_m(first),
+            last_m: fingertips_m(last),
             first_velocity_m_s: velocity(first - self.samples, first),
             last_velocity_m_s: velocity(last, last + self.samples),
             object: object_ends(table.object_at(first), table.object_at(last)),
@@ -44,10 +45,11 @@ impl Boundary {
     pub(crate) fn lines(self, table: &SegmentTable) -> EndConditions {
         let [before, after] = self.windows();
         let side = |window: &Range<usize>, at: usize| {
+            let fingertips_m: Vec<_> = window.clone().map(|k| table.configuration_m(k)).collect();
             let lines: [_; SEGMENT_COORDINATES] = std::array::from_fn(|i| {
                 let measured = table.measured(window.clone(), i / 3);
-                let point = |k: usize| (self.time_s(k, at), table.fingertips_m()[k][i]);
-                line(measured.map(point))
+                let value_m = |k: usize| fingertips_m[k - window.start][i];
+                line(measured.map(|k| (self.time_s(k, at), value_m(k))))
             });
             [0, 1].map(|part| lines.map(|line| line[part]))
         };

@@ -49,7 +49,7 @@ pub(crate) fn smoother(filter: Filter, rate_hz: f64) -> Result<Smoother, MotionE
 /// Filters positions. A sample keeps its status, whatever the samples around it are.
 pub(crate) fn smooth_points<F: Frame>(track: &PointTrack<F>, smoother: &Smoother) -> PointTrack<F> {
     let columns = (0..3)
-        .map(|axis| (track.values().iter().map(|p| p.coords_m()[axis])).collect())
+        .map(|axis| (track.values().map(|p| p.coords_m()[axis])).collect())
         .collect();
     let columns = smooth_columns(columns, &track.present(), smoother);
     rebuilt(track, |k| {
@@ -66,7 +66,8 @@ pub(crate) fn smooth_poses<To: Frame, From: Frame>(
 ) -> PoseTrack<To, From> {
     let mut columns: Vec<Vec<f64>> = (0..3)
         .map(|axis| {
-            (track.values().iter())
+            track
+                .values()
                 .map(|pose| pose.isometry().translation.vector[axis])
                 .collect()
         })
@@ -88,7 +89,6 @@ fn sign_continuous<To: Frame, From: Frame>(track: &PoseTrack<To, From>) -> Vec<V
     let mut last = Vector4::w();
     track
         .values()
-        .iter()
         .map(|pose| {
             let q = pose.isometry().rotation.coords;
             // Also false for a missing sample, which is NaN and must not be gone on from.

@@ -20,11 +20,11 @@ use crate::settings::GapFill;
 /// Fills gaps of at most `max_samples` in positions: by the polynomial through the samples beside a
 /// gap, two on each side for [`GapFill::Cubic`], one for [`GapFill::Linear`].
 pub fn fill_points<F: Frame>(track: &mut PointTrack<F>, max_samples: usize, fill: GapFill) {
-    fill_track(track, max_samples, fill, |values, polynomial, k| {
+    fill_track(track, max_samples, fill, |track, polynomial, k| {
         let terms = polynomial.weights(k);
         Position::from_coords(
             terms
-                .map(|(at, weight)| values[at].coords_m() * weight)
+                .map(|(at, weight)| track.value(at).coords_m() * weight)
                 .sum(),
         )
     });
@@ -37,11 +37,11 @@ pub fn fill_poses<To: Frame, From: Frame>(
     max_samples: usize,
     fill: GapFill,
 ) {
-    fill_track(track, max_samples, fill, |values, polynomial, k| {
-        let reference = values[polynomial.last_before].isometry().rotation;
+    fill_track(track, max_samples, fill, |track, polynomial, k| {
+        let reference = track.value(polynomial.last_before).isometry().rotation;
         let (mut position, mut turn) = (Vector3::zeros(), Vector3::zeros());
         for (at, weight) in polynomial.weights(k) {
-            let support = values[at].isometry();
+            let support = track.value(at).isometry();
             position += support.translation.vector * weight;
             turn += (reference.inverse() * support.rotation).scaled_axis() * weight;
         }
@@ -57,7 +57,7 @@ fn fill_track<T: Sample>(
     track: &mut Track<T>,
     max_samples: usize,
     fill: GapFill,
-    value: impl Fn(&[T], &Polynomial, usize) -> T,
+    value: impl Fn(&Track<T>, &Polynomial, usize) -> T,
 ) {
     let reach = match fill {
         GapFill::Cubic => 2,
@@ -80,7 +80,7 @@ fn fill_track<T: Sample>(
                 .collect(),
         };
         for k in gap.clone() {
-            let filled = value(track.values(), &polynomial, k);
+            let filled = value(track, &polynomial, k);
             track.set(k, Some(filled), Status::Filled);
         }
     }

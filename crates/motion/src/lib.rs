@@ -90,7 +90,7 @@ mod lookup;
 mod rigid_fit;
 mod spectrum;
 
-pub use body::{in_role, role_body};
+pub use body::role_body;
 pub use compare::{Deviation, deviations};
 pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses, lagrange_weight};

@@ -7,7 +7,7 @@ use inhand_model::{
 use nalgebra::Translation3;
 use rayon::prelude::*;
 
-use crate::body::{in_role, role_body};
+use crate::body::role_body;
 use crate::error::MotionError;
 use crate::filter::{smooth_points, smooth_poses, smoother};
 use crate::gaps::{fill_points, fill_poses};
@@ -57,7 +57,7 @@ pub fn to_hand_frame(
 ) -> Result<Motion, MotionError> {
     let max_gap = gap_samples("max_gap_s", settings.max_gap_s, recording.clock.rate_hz())?;
     let hand = role_body(recording, BodyRole::Hand, &roles.hand, templates)?;
-    let mut hand: PoseTrack<World, Hand> = in_role(&hand.track);
+    let mut hand: PoseTrack<World, Hand> = hand.track.clone().in_role();
     fill_poses(&mut hand, max_gap, settings.fill);
     with_hand(recording, roles, hand, templates, settings)
 }

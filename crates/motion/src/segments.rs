@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use inhand_model::{
     EndConditions, Finger, Hand, Motion, OBJECT_COORDINATES, Object, Pose, Protocol,
-    ROTATION_LEVER_M, SegmentLayout, SegmentOrigin, Segments, runs,
+    ROTATION_LEVER_M, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, runs,
 };
 use nalgebra::{DMatrix, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -203,7 +203,6 @@ impl Cut {
     /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: the hand,
     /// a finger, or the object.
     pub fn left_out_by(&self, table: &SegmentTable) -> BTreeMap<String, usize> {
-        let fingers = Finger::ALL.map(|finger| (finger.name(), 3 * finger.index()));
         let is_complete = |start: usize, mut with_margins: Range<usize>| {
             let bridged = self.missing > 0 || with_margins.all(|k| table.is_present(k));
             bridged && self.can_teach(table, start)
@@ -218,15 +217,11 @@ impl Cut {
             let missing = |is_missing: &dyn Fn(usize) -> bool| {
                 samples.clone().filter(|&k| is_missing(k)).count()
             };
-            let tips = fingers
-                .map(|(name, row)| (missing(&|k| table.fingertips_m()[k][row].is_nan()), name));
+            let tips =
+                Finger::ALL.map(|finger| (missing(&|k| !table.has(finger, k)), finger.name()));
             let object =
                 (self.layout.object).then(|| (missing(&|k| !table.has_object(k)), "object"));
-            let hand = missing(&|k| {
-                fingers
-                    .iter()
-                    .all(|(_, row)| table.fingertips_m()[k][*row].is_nan())
-            });
+            let hand = missing(&|k| !Finger::ALL.iter().any(|&finger| table.has(finger, k)));
             // Where the hand is lost all fingertips are: of equal ones the first counts.
             let most = std::iter::once((hand, "hand"))
                 .chain(tips)
@@ -254,9 +249,15 @@ impl Cut {
     pub fn fill(&self, table: &SegmentTable, start: usize, column_m: &mut [f64]) {
         let samples = start..start + self.layout.samples;
         let (fingers, object_m) = column_m.split_at_mut(self.layout.finger_rows());
-        fingers.copy_from_slice(table.fingertips_m()[samples.clone()].as_flattened());
+        for (configuration, k) in fingers
+            .chunks_exact_mut(SEGMENT_COORDINATES)
+            .zip(samples.clone())
+        {
+            configuration.copy_from_slice(&table.configuration_m(k));
+        }
         if self.layout.object {
-            fill_object(object_m, table.object().get(samples).unwrap_or_default());
+            let poses: Vec<_> = samples.filter_map(|k| table.object_at(k)).collect();
+            fill_object(object_m, &poses);
         }
     }
 

@@ -100,10 +100,8 @@ impl Welch {
     pub fn add_points<F: Frame>(&mut self, track: &PointTrack<F>) {
         for run in track.present() {
             for axis in 0..3 {
-                let interval: Vec<f64> = track.values()[run.clone()]
-                    .iter()
-                    .map(|position| position.to_array()[axis])
-                    .collect();
+                let coordinate = |k: usize| track.value(k).to_array()[axis];
+                let interval: Vec<f64> = run.clone().map(coordinate).collect();
                 self.add(&interval);
             }
         }

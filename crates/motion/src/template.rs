@@ -198,7 +198,7 @@ fn complete_frames(
         .collect::<Result<Vec<_>, MotionError>>()?;
     for k in 0..take.len() {
         if (tracks.iter()).all(|track| track.status(k) == Status::Measured) {
-            frames.extend(tracks.iter().map(|track| track.values()[k].coords_m()));
+            frames.extend(tracks.iter().map(|track| track.value(k).coords_m()));
         }
     }
     Ok(())

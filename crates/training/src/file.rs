@@ -3,7 +3,8 @@
 //! Layout: eight bytes `INHAND\0\2`, label and value as `postcard` writes them, and the SHA-256 of everything
 //! before.
 
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
 use inhand_session::{SessionError, write_whole};
@@ -31,20 +32,46 @@ pub(crate) fn write(
     value: &impl Serialize,
     durable: bool,
 ) -> Result<(), SessionError> {
-    let bytes = postcard::to_extend(&(label, value), MAGIC.to_vec());
-    let bytes = bytes.map_err(|error| SessionError::data(path, error.to_string()))?;
-    write_bytes(path, &bytes, durable)
+    let bytes = record(path, label, value)?;
+    write_bytes(path, |out| out.write_all(&bytes), durable)
 }
 
-// Apart from what depends on the value, which is compiled once for each.
-fn write_bytes(path: &Path, bytes: &[u8], durable: bool) -> Result<(), SessionError> {
-    let checksum = Sha256::digest(bytes);
-    let write = |out: &mut std::io::BufWriter<std::fs::File>| {
-        out.write_all(bytes)
-            .and_then(|()| out.write_all(&checksum))
-            .map_err(SessionError::io("write", path))
-    };
-    write_whole(path, write, durable)
+/// Writes values one after the other, each as a file of its own would be, after its length.
+pub(crate) fn write_parts(
+    path: &Path,
+    parts: impl Iterator<Item = (Label, impl Serialize)>,
+) -> Result<(), SessionError> {
+    write_bytes(
+        path,
+        |out| {
+            for (label, value) in parts {
+                let bytes = record(path, &label, &value).map_err(std::io::Error::other)?;
+                out.write_all(&(bytes.len() as u64).to_le_bytes())?;
+                out.write_all(&bytes)?;
+            }
+            Ok(())
+        },
+        false,
+    )
+}
+
+fn record(path: &Path, label: &Label, value: &impl Serialize) -> Result<Vec<u8>, SessionError> {
+    let bytes = postcard::to_extend(&(label, value), MAGIC.to_vec());
+    let mut bytes = bytes.map_err(|error| SessionError::data(path, error.to_string()))?;
+    bytes.extend(Sha256::digest(&bytes));
+    Ok(bytes)
+}
+
+fn write_bytes(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    durable: bool,
+) -> Result<(), SessionError> {
+    write_whole(
+        path,
+        |out| write(out).map_err(SessionError::io("write", path)),
+        durable,
+    )
 }
 
 /// Reads the value of a file that has to carry this label.
@@ -55,6 +82,37 @@ fn write_bytes(path: &Path, bytes: &[u8], durable: bool) -> Result<(), SessionEr
 pub(crate) fn read<T: DeserializeOwned>(path: &Path, expected: &Label) -> Result<T, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     parse(&bytes, expected).map_err(|message| SessionError::data(path, message))
+}
+
+/// Reads values that were written one after the other; each has to carry the label of its number.
+///
+/// # Errors
+///
+/// As [`read`]. A file that ends after some of its values is not noticed.
+pub(crate) fn read_parts<T: DeserializeOwned>(
+    path: &Path,
+    expected: impl Fn(usize) -> Label,
+    mut each: impl FnMut(T),
+) -> Result<(), SessionError> {
+    let io = |error| SessionError::io("read", path)(error);
+    let mut file = BufReader::new(File::open(path).map_err(io)?);
+    for part in 0.. {
+        if file.fill_buf().map_err(io)?.is_empty() {
+            break;
+        }
+        let mut len = [0; 8];
+        let whole = (file.read_exact(&mut len).ok()).map(|()| u64::from_le_bytes(len));
+        let mut bytes = Vec::new();
+        // A wrong length reads what there is, which then fits no checksum.
+        let limit = whole.unwrap_or_default();
+        file.by_ref()
+            .take(limit)
+            .read_to_end(&mut bytes)
+            .map_err(io)?;
+        let value = parse(&bytes, &expected(part));
+        each(value.map_err(|message| SessionError::data(path, message))?);
+    }
+    Ok(())
 }
 
 fn damaged() -> String {

@@ -15,7 +15,7 @@ use crate::file::{self, Label};
 const PROBLEM: (&str, usize, usize) = ("problem", 0, 0);
 
 /// Version of the folder's form.
-pub(crate) const FORMAT: u32 = 4;
+pub(crate) const FORMAT: u32 = 5;
 
 /// Plan of a run of learning: the content of `learning.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use inhand_dictionary::{Columns, LearnError};
-use inhand_model::{
-    Configuration, Hand, Object, Pose, Protocol, SegmentLayout, SegmentOrigin, Segments,
-};
+use inhand_model::{Configuration, Pose, Protocol, SegmentLayout, SegmentOrigin, Segments};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_session::{Located as _, Role, SessionError, steps};
 use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -18,53 +16,73 @@ use crate::folder::LearningFolder;
 /// Tables are kept in memory up to this size, bytes; the last one always is.
 const CACHE_BYTES: usize = 64 << 20;
 
-/// Label of tables: they are written before the run has an id, which covers their takes' hashes.
-fn label(take: usize) -> Label {
+/// Samples of a part of a table: parts are written and read one at a time.
+const PART: usize = 1 << 15;
+
+/// Label of the parts of tables: they are written before the run has an id, which covers their takes' hashes.
+fn label(take: usize, part: usize) -> Label {
     Label {
         kind: "table".to_owned(),
         id: "0".repeat(64),
-        start: 0,
+        start: part,
         round: take,
     }
 }
+
+/// Samples of all of the table, whether it has the object, and what is selected; then configurations, poses and
+/// measured parts of its own samples.
+type Part = (
+    (usize, bool, Option<Vec<Range<usize>>>),
+    Vec<(Configuration, Option<[f64; 7]>, u8)>,
+);
 
 pub(crate) fn write_table(
     path: &Path,
     take: usize,
     table: &SegmentTable,
 ) -> Result<(), SessionError> {
-    let object = table.object().iter().map(|pose| {
-        let isometry = pose.isometry();
+    let selected = table.selected().map(<[_]>::to_vec);
+    let all = (table.len(), table.object().is_some(), selected);
+    let pose = |k: usize| {
+        let isometry = table.object()?.value(k).isometry();
         let [x, y, z] = isometry.translation.vector.into();
         let [a, b, c, w] = isometry.rotation.coords.into();
-        [x, y, z, a, b, c, w]
+        Some([x, y, z, a, b, c, w])
+    };
+    let sample = |k| (table.configuration_m(k), pose(k), table.measured_parts(k));
+    let parts = (0..table.len().div_ceil(PART).max(1)).map(|part| -> (Label, Part) {
+        let samples = part * PART..table.len().min((part + 1) * PART);
+        (
+            label(take, part),
+            (all.clone(), samples.map(sample).collect()),
+        )
     });
-    let object: Vec<[f64; 7]> = object.collect();
-    let table = (
-        table.fingertips_m(),
-        object,
-        table.measured_parts(),
-        table.selected(),
-    );
     // Written again by the next `init`: it need not outlast a crash.
-    file::write(path, &label(take), &table, false)
+    file::write_parts(path, parts)
 }
 
 pub(crate) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
-    type Selected = Option<Vec<Range<usize>>>;
-    type Table = (Vec<Configuration>, Vec<[f64; 7]>, Vec<u8>, Selected);
-    let (fingertips_m, object, measured, selected): Table = file::read(path, &label(take))?;
-    let poses = object.into_iter().map(|[x, y, z, a, b, c, w]| {
-        // Written as it was, unit length and all: normalising again would change digits.
-        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
-        Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
-    });
-    SegmentTable::new(fingertips_m, poses.collect(), measured, selected).ok_or_else(|| {
-        SessionError::data(
+    let mut read: Option<(usize, SegmentTable)> = None;
+    let add = |((samples, has_object, selected), rows): Part| {
+        let (_, table) =
+            read.get_or_insert_with(|| (samples, SegmentTable::new(has_object, selected)));
+        for (fingertips_m, object, measured) in &rows {
+            // Written as it was, unit length and all: normalising again would change digits.
+            let pose = object.map(|[x, y, z, a, b, c, w]| {
+                let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
+                Pose::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+            });
+            table.push(fingertips_m, pose, *measured);
+        }
+    };
+    file::read_parts(path, |part| label(take, part), add)?;
+    match read {
+        Some((samples, table)) if table.len() == samples => Ok(table),
+        _ => Err(SessionError::data(
             path,
-            "object, fingertips and selected samples do not go together",
-        )
-    })
+            "the table ends too early: begin the run again",
+        )),
+    }
 }
 
 /// A take as segments are cut from it.
@@ -152,7 +170,7 @@ impl<'a> TableColumns<'a> {
     pub(crate) fn demonstrations(&self) -> Result<Segments, SessionError> {
         let settings = &self.folder.plan().settings;
         let drawn = steps::drawn_demonstrations(self.count(), settings);
-        Ok(steps::complete(&self.segments(&drawn)?))
+        Ok(steps::complete(self.segments(&drawn)?))
     }
 
     /// Some of the segments with their boundary conditions.

@@ -40,7 +40,7 @@ impl Session {
         for &(take, start) in origins {
             for k in start..start + samples {
                 for (_, track) in motions[take].fingertips.iter() {
-                    numbers.extend(track.values()[k].to_array());
+                    numbers.extend(track.value(k).to_array());
                 }
             }
         }

@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// Track the object in the training takes too.
     #[arg(long)]
     track_object: bool,
-    /// Format of the takes: csv (Motive CSV 1.23) or mcap, both with lengths to a micrometre.
+    /// Format of the takes: csv (Motive CSV 1.23), or mcap with lengths to a micrometre.
     #[arg(long, value_parser = one_of(&FORMATS), default_value = "csv")]
     format: TakeFormat,
     /// Replace takes that exist.

@@ -165,7 +165,7 @@ impl Seen {
             .filter(|&k| body.track.get(k).is_some())
             .collect();
         let poses: Vec<_> = (thinned(&present, SAMPLES).into_iter())
-            .map(|k| (k, body.track.values()[k].isometry()))
+            .map(|k| (k, body.track.value(k).isometry()))
             .collect();
         if poses.len() < MIN_SAMPLES {
             return None;

@@ -169,15 +169,14 @@ fn one_gap<F: Frame>(
     }
     let mut piece = track.slice(gap.start - 1..gap.end + 1);
     inhand_motion::fill_points(&mut piece, gap.len(), GapFill::Linear);
-    piece.values()[1..=gap.len()].to_vec()
+    (1..=gap.len()).map(|k| piece.value(k)).collect()
 }
 
 /// Values inside a gap that has present samples on both sides: Hermite's cubic with the velocities
 /// there, the line's where a side has a single sample.
 fn cubic<F: Frame>(track: &PointTrack<F>, gap: &Range<usize>) -> Vec<Position<F>> {
     let at = |k: usize| track.get(k).map(Position::coords_m);
-    let values = track.values();
-    let (from, to) = (values[gap.start - 1].coords_m(), values[gap.end].coords_m());
+    let [from, to] = [gap.start - 1, gap.end].map(|k| track.value(k).coords_m());
     let steps = (gap.len() + 1) as f64;
     let line = (to - from) / steps;
     let before =

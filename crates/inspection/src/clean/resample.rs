@@ -134,17 +134,15 @@ impl Grid {
     }
 
     fn points<F: Frame>(&self, track: &PointTrack<F>) -> PointTrack<F> {
-        let values = track.values();
         self.track(track, |instant| {
-            let at = |k: usize| values[k].coords_m();
+            let at = |k: usize| track.value(k).coords_m();
             Position::from_coords(self.value(instant, at))
         })
     }
 
     fn poses<To: Frame, From: Frame>(&self, track: &PoseTrack<To, From>) -> PoseTrack<To, From> {
-        let values = track.values();
         self.track(track, |instant| {
-            let pose = |k: usize| values[k].isometry();
+            let pose = |k: usize| track.value(k).isometry();
             let place = self.value(instant, |k| pose(k).translation.vector);
             let near = pose(instant.before).rotation;
             let rotation = if self.step > 1.0 {

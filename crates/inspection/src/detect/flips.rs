@@ -188,7 +188,7 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
         .filter(|&k| body.track.get(k).is_some())
         .collect();
     let turn_of = |from: usize, to: usize| {
-        let pose = |k: usize| body.track.values()[k].isometry();
+        let pose = |k: usize| body.track.value(k).isometry();
         pose(from).rotation.angle_to(&pose(to).rotation)
     };
     let turns = (present.windows(2))
@@ -209,7 +209,7 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
                 from,
                 to,
                 turn: carried_on(body, from, to, rate_hz).inverse()
-                    * body.track.values()[to].isometry(),
+                    * body.track.value(to).isometry(),
                 score,
             })
         })
@@ -224,14 +224,14 @@ pub(crate) fn breaks(body: &TrackedBody, rate_hz: f64) -> Vec<Range<usize>> {
 
 /// Where the body would be at sample `to` by its motion before `from`.
 fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isometry3<f64> {
-    let last = body.track.values()[from].isometry();
+    let last = body.track.value(from).isometry();
     let run = (1..CARRIED_SAMPLES)
         .take_while(|&back| {
             from.checked_sub(back)
                 .is_some_and(|k| body.track.get(k).is_some())
         })
         .last();
-    let earlier = run.map(|back| (back, body.track.values()[from - back].isometry()));
+    let earlier = run.map(|back| (back, body.track.value(from - back).isometry()));
     let Some((back, earlier)) =
         earlier.filter(|(_, e)| e.rotation.angle_to(&last.rotation) < least_turn_rad(rate_hz))
     else {

@@ -317,8 +317,7 @@ fn steps_that_do_not_undo_flips_take_the_hand_as_recorded() {
     to_pads(&mut given, &roles(false), &offsets).expect("it moves");
     for k in [50, 100] {
         let at = |r: &Recording| r.markers[0].track.get(k).expect("it is there").coords_m();
-        let turned =
-            given.bodies[0].track.values()[k].isometry().rotation * Vector3::from(offset_m);
+        let turned = given.bodies[0].track.value(k).isometry().rotation * Vector3::from(offset_m);
         assert!((at(&given) - at(&before) - turned).norm() < 1e-12, "{k}");
     }
     // A gap across the jump is filled in the world: the jump must not throw the fingertip about.

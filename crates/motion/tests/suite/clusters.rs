@@ -224,7 +224,7 @@ fn threads_make_no_difference() {
         pool.install(|| {
             let templates = fit_templates([(&take, &roles)]).unwrap();
             let body = fitted_hand(&take, &roles, &templates);
-            (templates, body.track.values().to_vec())
+            (templates, body.track.values().collect::<Vec<_>>())
         })
     };
     let alone = with_threads(1);

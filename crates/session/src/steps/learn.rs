@@ -77,7 +77,7 @@ pub fn held_out_demonstrations(
 ) -> Result<Segments, SessionError> {
     let cut = cut_settings(layout, (Role::Train, Protocol::HeldOut), settings);
     let drawn = cut_some(motions, &cut, |count| drawn_demonstrations(count, settings));
-    Ok(complete(&drawn.during("processing train takes")?))
+    Ok(complete(drawn.during("processing train takes")?))
 }
 
 /// Which of `count` segments deviations are learned from, in order.
@@ -95,18 +95,18 @@ pub fn drawn_demonstrations(count: usize, settings: &Settings) -> Vec<usize> {
 pub(super) fn demonstrations(segments: &Segments, settings: &Settings) -> Segments {
     let drawn = drawn_demonstrations(segments.len(), settings);
     if drawn.len() == segments.len() {
-        return complete(segments);
+        return complete(segments.clone());
     }
-    complete(&segments.select(&drawn))
+    complete(segments.select(&drawn))
 }
 
 /// The segments that miss nothing.
-pub fn complete(segments: &Segments) -> Segments {
+pub fn complete(segments: Segments) -> Segments {
     let complete: Vec<usize> = (0..segments.len())
         .filter(|&segment| segments.is_complete(segment))
         .collect();
     if complete.len() == segments.len() {
-        return segments.clone();
+        return segments;
     }
     let mut selected = segments.select(&complete);
     selected.left_out = segments.left_out + segments.len() - complete.len();

@@ -70,8 +70,8 @@ impl Planting<'_> {
 
     fn template(&self, body: usize, markers: [usize; 3]) -> [Position<Body>; 3] {
         let clean = &self.clean.recording;
-        let body_from_world = clean.bodies[body].track.values()[0].inverse();
-        markers.map(|marker| body_from_world * clean.markers[marker].track.values()[0])
+        let body_from_world = clean.bodies[body].track.value(0).inverse();
+        markers.map(|marker| body_from_world * clean.markers[marker].track.value(0))
     }
 
     fn flip(

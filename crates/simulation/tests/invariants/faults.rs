@@ -116,7 +116,7 @@ fn flipped_bodies_are_the_true_ones_times_the_turn() {
             let Some(seen) = body.track.get(k) else {
                 continue;
             };
-            let truth = clean.track.values()[k].isometry();
+            let truth = clean.track.value(k).isometry();
             let expected = turn.map_or(truth, |turn| truth * turn);
             let seen = seen.isometry();
             assert!((seen.translation.vector - expected.translation.vector).norm() < 1e-12);

@@ -10,7 +10,7 @@ fn bits(take: &SimulatedTake) -> Vec<u64> {
     let mut bits = Vec::new();
     let mut add = |values: &[f64]| bits.extend(values.iter().map(|v| v.to_bits()));
     for marker in &take.recording.markers {
-        (marker.track.values().iter()).for_each(|p| add(&p.to_array()));
+        (marker.track.values()).for_each(|p| add(&p.to_array()));
     }
     for body in &take.recording.bodies {
         for pose in body.track.values() {

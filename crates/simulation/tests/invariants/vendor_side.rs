@@ -20,7 +20,10 @@ fn a_take_without_noise_is_the_truth() {
     for (finger, name) in Finger::ALL.into_iter().zip(NAMES) {
         let marker = take.recording.marker(name).unwrap();
         assert_eq!(marker.kind, MarkerKind::Labelled);
-        assert_eq!(marker.track.values(), take.truth.fingertips[finger]);
+        assert_eq!(
+            marker.track.values().collect::<Vec<_>>(),
+            take.truth.fingertips[finger]
+        );
     }
     let hand = take.recording.body("Hand").unwrap();
     for (pose, truth) in hand.track.iter().zip(&take.truth.world_from_hand) {
@@ -39,7 +42,7 @@ fn noise_has_the_deviation_asked_for() {
             let track = &take.recording.marker(name).unwrap().track;
             let truth = &take.truth.fingertips[finger];
             for axis in 0..3 {
-                let noise: Vec<f64> = (track.values().iter().zip(truth))
+                let noise: Vec<f64> = (track.values().zip(truth))
                     .map(|(seen, truth)| seen.to_array()[axis] - truth.to_array()[axis])
                     .collect();
                 let n = noise.len() as f64;
@@ -101,7 +104,7 @@ fn bodies_are_fitted_to_noisy_markers() {
 fn quaternions_change_sign_now_and_then_and_stay_unit() {
     let take = cube(|_| ());
     for body in &take.recording.bodies {
-        let quaternions: Vec<_> = (body.track.values().iter())
+        let quaternions: Vec<_> = (body.track.values())
             .map(|pose| nalgebra::Vector4::from(pose.quaternion_xyzw()))
             .collect();
         assert!(quaternions.iter().all(|q| (q.norm() - 1.0).abs() < 1e-12));

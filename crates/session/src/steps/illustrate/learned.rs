@@ -63,7 +63,7 @@ pub(super) fn explained(
     train: &Segments,
     dictionary: &Dictionary,
 ) -> Result<Option<ExplainedVariance>, SessionError> {
-    let segments = complete(train);
+    let segments = complete(train.clone());
     if segments.is_empty() {
         return Ok(None);
     }

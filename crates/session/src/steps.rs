@@ -40,7 +40,7 @@ pub(crate) use intervals::SEED;
 pub use intervals::intervals;
 pub(crate) use learn::nmf_settings_of;
 pub use learn::{
-    complete, drawn_demonstrations, held_out_demonstrations, learn, nmf_settings, with_deviations,
+    complete, deviations, drawn_demonstrations, held_out_demonstrations, learn, nmf_settings,
 };
 use motion::evaluation_settings;
 pub use motion::{MotionAnalysis, contact_rows, contact_rules, contacts, motion_analysis};

@@ -151,14 +151,20 @@ fn with_the_rest(
 ) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let settings = &folder.plan().settings;
-    let published = TableColumns::new(folder)?.demonstrations()?;
-    let held_out = TableColumns::under(Protocol::HeldOut, folder)?.demonstrations()?;
     let demonstrated: &Demonstrated = &dictionary.demonstrated;
-    let choice = steps::choice(&held_out, demonstrated, settings)?;
-    let dictionary = steps::with_deviations(dictionary, &published, &held_out, settings)?;
+    // Segments of one protocol at a time: of long takes they are what takes memory.
+    let (choice, residual_held_out) = {
+        let held_out = TableColumns::under(Protocol::HeldOut, folder)?.demonstrations()?;
+        let choice = steps::choice(&held_out, demonstrated, settings)?;
+        let some = (!held_out.is_empty()).then(|| steps::deviations(&held_out, settings));
+        (choice, some.transpose()?)
+    };
+    let published = TableColumns::new(folder)?.demonstrations()?;
     Ok(Learned {
         dictionary: Dictionary {
             choice,
+            residual: Some(steps::deviations(&published, settings)?),
+            residual_held_out,
             ..dictionary
         },
         provenance: provenance(

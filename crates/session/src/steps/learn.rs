@@ -2,7 +2,7 @@
 
 use inhand_dictionary::{NmfSettings, Penalty, draw, learn_nmf, learn_pca, learn_residual};
 use inhand_model::{
-    Demonstrated, Dictionary, DictionaryKind, Motion, Protocol, SegmentLayout, Segments,
+    Demonstrated, Dictionary, DictionaryKind, Motion, Protocol, Residual, SegmentLayout, Segments,
 };
 use inhand_motion::cut_some;
 
@@ -36,32 +36,27 @@ pub fn learn(
     }
     .during("learning")?;
     let published = demonstrations(segments, settings);
-    with_deviations(dictionary, &published, held_out, settings)
-}
-
-/// Adds deviations from the smooth curve, learned from the given segments of each protocol; those of the held-out one
-/// where there are any.
-///
-/// # Errors
-///
-/// [`SessionError::At`].
-pub fn with_deviations(
-    dictionary: Dictionary,
-    published: &Segments,
-    held_out: &Segments,
-    settings: &Settings,
-) -> Result<Dictionary, SessionError> {
-    let learn =
-        |segments| learn_residual(segments, settings.learn.deviation_primitives).during("learning");
     let (residual, residual_held_out) = inhand_parallel::both(
-        || learn(published),
-        || (!held_out.is_empty()).then(|| learn(held_out)).transpose(),
+        || deviations(&published, settings),
+        || {
+            let some = (!held_out.is_empty()).then(|| deviations(held_out, settings));
+            some.transpose()
+        },
     );
     Ok(Dictionary {
         residual: Some(residual?),
         residual_held_out: residual_held_out?,
         ..dictionary
     })
+}
+
+/// Deviations from the smooth curve, learned from the given segments.
+///
+/// # Errors
+///
+/// [`SessionError::At`].
+pub fn deviations(segments: &Segments, settings: &Settings) -> Result<Residual, SessionError> {
+    learn_residual(segments, settings.learn.deviation_primitives).during("learning")
 }
 
 /// The segments that deviations of the held-out protocol are learned from, cut from motion before the filter: as

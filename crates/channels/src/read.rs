@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read};
 
 use foxglove::messages::{Log, log};
-use inhand_container::{Depth, Record, Source, metadata, parse_record, walk_source};
+use inhand_container::{Depth, Record, Source, channels, metadata, parse_record, walk_source};
 use inhand_model::{
     Annotations, Body, Change, ChangeKind, Finding, Finger, Hand, Marker, Motion, Object,
     PerFinger, Pose, Position, Recording, Severity, TrackedBody, World,
@@ -17,7 +17,6 @@ use prost::Message;
 
 use crate::annotations::EventReader;
 use crate::error::ChannelError;
-use crate::info::info_of_source;
 use crate::messages;
 use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
 use crate::take::{ReadCleaned, ReadTake};
@@ -129,12 +128,12 @@ fn no_recording(source: &mut Source<'_>) -> ChannelError {
 
 /// The error for an intact file without `what` was looked for: lists the topics that it has.
 pub fn absent(source: &mut Source<'_>, what: &str, hint: &str) -> ChannelError {
-    let topics = match info_of_source(source) {
-        Ok(info) => info.channels.into_iter().map(|channel| {
-            let schema = channel.schema.as_deref().unwrap_or("no schema");
+    let topics = match channels(source) {
+        Ok(channels) => channels.into_iter().map(|channel| {
+            let schema = channel.schema_name().unwrap_or("no schema");
             format!("{} ({schema}, {})", channel.topic, channel.message_encoding)
         }),
-        Err(error) => return error,
+        Err(error) => return error.into(),
     };
     let topics: Vec<String> = topics.take(20).collect();
     let found = match &*topics {

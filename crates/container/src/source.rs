@@ -233,8 +233,6 @@ impl<'a> Source<'a> {
         body.clear();
         self.place(head.offset)
             .check_memory(head.opcode, head.bytes)?;
-        // The file has that many bytes.
-        body.reserve(usize::try_from(head.bytes).unwrap_or_default());
         self.read_on(head.bytes, body)?;
         if (body.len() as u64) < head.bytes {
             return Err(self.cut(head.offset)?);
@@ -329,6 +327,9 @@ impl<'a> Source<'a> {
     }
 
     fn read_on(&mut self, bytes: u64, into: &mut Vec<u8>) -> Result<(), ContainerError> {
+        // Room for all at once, since the file has them.
+        let left = self.bytes.saturating_sub(self.position).min(bytes);
+        into.reserve(usize::try_from(left).unwrap_or_default());
         let read = (&mut self.input).take(bytes).read_to_end(into);
         self.position += read.map_err(|error| self.unreadable(error))? as u64;
         Ok(())

@@ -4,12 +4,14 @@ mod damage;
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use inhand_container::{ContainerError, Packing, Recovered, Writer, recover};
 use mcap::records::op;
 use proptest::prelude::*;
 
-use crate::support::{PLAIN, Sent, Shape, check, file, messages, records, sent, shapes};
+use crate::support::{Counting, PLAIN, Sent, Shape, check, file, messages, records, sent, shapes};
 
 fn saved(bytes: &[u8]) -> (Vec<u8>, Recovered) {
     let mut out = Vec::new();
@@ -321,6 +323,29 @@ fn a_chunk_packed_by_lz4_gives_what_lies_before_its_cut() {
     let (out, _) = saved(&bytes[..bytes.len() / 2]);
     let kept = sent(&out).len();
     assert!((700..=1000).contains(&kept), "{kept}");
+}
+
+#[test]
+fn what_is_read_does_not_grow_with_the_damages() {
+    let shape = Shape {
+        chunks: false,
+        ..PLAIN
+    };
+    let messages: Vec<Sent> = (0..3000).map(|k| (1, k)).collect();
+    let mut bytes = file(&shape, &messages);
+    let messages = (places(&bytes).into_iter()).filter(|(_, opcode)| *opcode == op::MESSAGE);
+    let damaged: Vec<usize> = messages.map(|(place, _)| place).step_by(20).collect();
+    for place in &damaged {
+        bytes[place + 1] ^= 0x40;
+    }
+    let read = Arc::new(AtomicU64::new(0));
+    let input = Counting(Cursor::new(&bytes), read.clone());
+    let mut out = Vec::new();
+    recover("damaged.mcap", input, &mut out, false, |_| None).unwrap();
+    let kept = sent(&out).len();
+    assert!(kept >= 3000 - damaged.len(), "{kept}");
+    let read = read.load(Relaxed);
+    assert!(read < 100 * bytes.len() as u64, "{read} of {}", bytes.len());
 }
 
 /// A record as bytes.

@@ -1,7 +1,7 @@
 //! Cutting, filtering, packing anew.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek, SeekFrom};
+use std::io::Cursor;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -13,7 +13,7 @@ use mcap::Compression;
 use proptest::prelude::*;
 
 use crate::support::{
-    PLAIN, Sent, Shape, file, messages, metadata_of, records, selected, sent, shapes,
+    Counting, PLAIN, Sent, Shape, file, messages, metadata_of, records, selected, sent, shapes,
 };
 
 proptest! {
@@ -197,23 +197,6 @@ fn what_holds_on_is_told_by_topic_and_durability() {
         None
     );
     assert_eq!(latch(&channel("/tf", "")), None);
-}
-
-/// Counts what is read.
-struct Counting<R>(R, Arc<AtomicU64>);
-
-impl<R: Read> Read for Counting<R> {
-    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
-        let read = self.0.read(into)?;
-        self.1.fetch_add(read as u64, Relaxed);
-        Ok(read)
-    }
-}
-
-impl<R: Seek> Seek for Counting<R> {
-    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.0.seek(to)
-    }
 }
 
 #[test]

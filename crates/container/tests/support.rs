@@ -2,13 +2,32 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek, SeekFrom};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use inhand_container::{MetadataRecord, Selected, Selection, Source, metadata, select, verify};
 use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::write::PrivateRecordOptions;
 use mcap::{Attachment, Compression, WriteOptions};
 use proptest::prelude::*;
+
+/// Counts what is read.
+pub(crate) struct Counting<R>(pub(crate) R, pub(crate) Arc<AtomicU64>);
+
+impl<R: Read> Read for Counting<R> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.0.read(into)?;
+        self.1.fetch_add(read as u64, Relaxed);
+        Ok(read)
+    }
+}
+
+impl<R: Seek> Seek for Counting<R> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.0.seek(to)
+    }
+}
 
 /// How a file is laid out.
 #[derive(Clone, Debug)]

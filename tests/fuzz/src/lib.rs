@@ -8,6 +8,11 @@ pub mod mutate;
 /// Most bytes that a record may unpack to here: hostile lengths must be refused by this limit.
 const MEMORY_LIMIT: u64 = 64 << 20;
 
+/// Which of `n` checks takes its turn with an input, where all of them would take too long: the same at every run.
+pub fn turn(bytes: &[u8], n: u32) -> u32 {
+    crc32fast::hash(bytes) % n
+}
+
 /// Prepares the process: one thread, so that a target is quick and its findings can be repeated.
 ///
 /// # Panics

@@ -1,13 +1,20 @@
 //! Changes to MCAP files that keep their framing, so that they get past lengths and checksums.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
 use libfuzzer_sys::fuzzer_mutate;
 use lz4_flex::frame::FrameEncoder;
 use mcap::records::op;
+use zstd::bulk::Compressor;
 
 use crate::files::{PACKINGS, Plain, Unpacked, split, unpack};
+
+thread_local! {
+    /// One for all chunks, since making it takes longer than packing.
+    static ZSTD: RefCell<Compressor<'static>> = RefCell::new(Compressor::new(1).expect("memory takes all"));
+}
 
 /// SplitMix64.
 struct Dice(u64);
@@ -300,7 +307,7 @@ fn push_chunk(bytes: &mut Vec<u8>, packing: &str, inside: &[Plain], indexed: boo
             encoder.write_all(&records).expect("memory takes all");
             encoder.finish().expect("memory takes all")
         }
-        _ => zstd::bulk::compress(&records, 1).expect("memory takes all"),
+        _ => ZSTD.with_borrow_mut(|zstd| zstd.compress(&records).expect("memory takes all")),
     };
     let span = joined(&[&first.min(last).to_le_bytes(), &last.to_le_bytes()]);
     let name = joined(&[&(packing.len() as u32).to_le_bytes(), packing.as_bytes()]);

@@ -47,6 +47,9 @@ fuzz_target!(init: inhand_fuzz::start(), |bytes: &[u8]| {
     {
         check(&walked, timed);
     }
+    if inhand_fuzz::turn(bytes, 4) != 0 {
+        return;
+    }
     let (mut copy, everything) = (Vec::new(), Selection::default());
     let mut source = Source::open("a.mcap", Cursor::new(bytes)).expect("opened before");
     if select(&mut source, &mut copy, &everything).is_ok() {

@@ -185,7 +185,16 @@ fn write() -> Result<(), Error> {
     )?;
     put("documents", "topic", b"\x03marker:Thumb,Index")?;
     put("documents", "instant", b"\x042026-01-02T03:04:05.678Z")?;
-    put("settings", "empty", b"")?;
+    put(
+        "settings",
+        "some",
+        include_bytes!("../../../fixtures/qualisys/inhand.toml"),
+    )?;
+    #[cfg(feature = "session")]
+    {
+        let all = inhand_session::Settings::default().to_toml();
+        put("settings", "all", all.expect("TOML").as_bytes())?;
+    }
     for (name, bytes) in bags() {
         put("import", &name, &bytes)?;
     }

@@ -10,11 +10,14 @@ use crate::limit::memory_limit;
 use crate::overview::CHUNK_START_BYTES;
 use crate::source::{Head, Source};
 
-/// Bytes that are searched at once.
-const WINDOW_BYTES: u64 = 1 << 20;
+/// Bytes that are searched at once: a few at first, since the next record is mostly near, and at most so many.
+const WINDOW_BYTES: (u64, u64) = (4 << 10, 1 << 20);
 
 /// Bytes of a record by which it is recognised.
 const PARSED_BYTES: u64 = 64 << 10;
+
+/// First byte of the mark that files start and end with.
+const MAGIC_START: u8 = mcap::MAGIC[0];
 
 /// Nanoseconds.
 const HOUR: u64 = 3_600_000_000_000;
@@ -145,15 +148,17 @@ impl Source<'_> {
         sought: Sought,
         known: &dyn Known,
     ) -> Result<Option<u64>, ContainerError> {
-        let mut window = Vec::new();
+        let (mut window, (mut most, largest)) = (Vec::new(), WINDOW_BYTES);
         while offset < until {
-            self.read_at(offset, WINDOW_BYTES, &mut window)?;
+            // Up to the end of a head that starts as late as it may.
+            let heads = (until - offset).saturating_add(PREFIX_BYTES as u64 - 1);
+            self.read_at(offset, heads.min(most), &mut window)?;
             for start in 0..window.len().saturating_sub(PREFIX_BYTES - 1) {
-                let at = offset + start as u64;
-                if at >= until {
-                    return Ok(None);
-                }
                 let begin = &window[start..];
+                if !matches!(begin[0], op::HEADER..=op::DATA_END | MAGIC_START) {
+                    continue;
+                }
+                let at = offset + start as u64;
                 if sought != Sought::Chunks && begin.starts_with(mcap::MAGIC) {
                     return Ok(Some(at));
                 }
@@ -165,11 +170,12 @@ impl Source<'_> {
                     return Ok(Some(at));
                 }
             }
-            if (window.len() as u64) < WINDOW_BYTES {
+            if (window.len() as u64) < most {
                 break;
             }
             // A head may lie across two windows.
-            offset += WINDOW_BYTES - (PREFIX_BYTES as u64 - 1);
+            offset += most - (PREFIX_BYTES as u64 - 1);
+            most = largest.min(2 * most);
         }
         Ok(None)
     }

@@ -1,6 +1,7 @@
 //! A take's nouns from its file.
 
 mod methods;
+mod pieces;
 mod tracks;
 
 use std::collections::BTreeMap;
@@ -25,6 +26,7 @@ use crate::topic;
 pub use methods::{
     ReadMethod, evaluated_of_source, generated_of_source, read_evaluated, read_generated,
 };
+pub use pieces::StoredMethod;
 pub(crate) use tracks::TIME_TOLERANCE_NANOS;
 use tracks::{Place, TrackReader};
 

@@ -7,7 +7,7 @@ use inhand_model::{
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use crate::table::{OBJECT_PART, SegmentTable};
+use crate::table::{OBJECT_PART, SegmentSamples};
 
 /// Samples that boundary conditions are taken from.
 #[derive(Clone, Copy, Debug)]
@@ -23,30 +23,30 @@ pub(crate) struct Boundary {
 
 impl Boundary {
     /// Recorded positions, and the velocity over the samples outside the segment.
-    pub(crate) fn differences(self, table: &SegmentTable) -> EndConditions {
+    pub(crate) fn differences(self, table: &impl SegmentSamples) -> EndConditions {
         let Self { first, last, .. } = self;
-        let fingertips_m = table.fingertips_m();
         let per_second = self.rate_hz / self.samples as f64;
         let velocity = |from: usize, to: usize| -> Configuration {
-            std::array::from_fn(|i| (fingertips_m[to][i] - fingertips_m[from][i]) * per_second)
+            let [from_m, to_m] = [from, to].map(|k| table.fingertips_m(k));
+            std::array::from_fn(|i| (to_m[i] - from_m[i]) * per_second)
         };
         EndConditions {
-            first_m: fingertips_m[first],
-            last_m: fingertips_m[last],
+            first_m: table.fingertips_m(first),
+            last_m: table.fingertips_m(last),
             first_velocity_m_s: velocity(first - self.samples, first),
             last_velocity_m_s: velocity(last, last + self.samples),
-            object: object_ends(table.object_at(first), table.object_at(last)),
+            object: object_ends(table.object(first), table.object(last)),
         }
     }
 
     /// Values and slopes of least-squares lines over measured samples: the last ones up to the segment's first,
     /// and those from its last on.
-    pub(crate) fn lines(self, table: &SegmentTable) -> EndConditions {
+    pub(crate) fn lines(self, table: &impl SegmentSamples) -> EndConditions {
         let [before, after] = self.windows();
         let side = |window: &Range<usize>, at: usize| {
             let lines: [_; SEGMENT_COORDINATES] = std::array::from_fn(|i| {
-                let measured = table.measured(window.clone(), i / 3);
-                let point = |k: usize| (self.time_s(k, at), table.fingertips_m()[k][i]);
+                let measured = measured(table, window.clone(), i / 3);
+                let point = |k: usize| (self.time_s(k, at), table.fingertips_m(k)[i]);
                 line(measured.map(point))
             });
             [0, 1].map(|part| lines.map(|line| line[part]))
@@ -65,7 +65,7 @@ impl Boundary {
 
     /// Whether there are measured samples enough for the lines of every fingertip and, where asked for, of the
     /// object: half of them.
-    pub(crate) fn has_lines(self, table: &SegmentTable, object: bool) -> bool {
+    pub(crate) fn has_lines(self, table: &impl SegmentSamples, object: bool) -> bool {
         let parts = 0..Finger::COUNT + usize::from(object);
         let windows = self.windows();
         parts.into_iter().all(|part| {
@@ -84,8 +84,8 @@ impl Boundary {
         [first + 1 - samples..first + 1, last..last + samples]
     }
 
-    fn is_enough(self, table: &SegmentTable, window: Range<usize>, part: usize) -> bool {
-        table.measured(window, part).count() >= self.samples.div_ceil(2)
+    fn is_enough(self, table: &impl SegmentSamples, window: Range<usize>, part: usize) -> bool {
+        measured(table, window, part).count() >= self.samples.div_ceil(2)
     }
 
     fn time_s(self, k: usize, at: usize) -> f64 {
@@ -96,7 +96,7 @@ impl Boundary {
     /// pose nearest to it.
     fn object_on_line(
         self,
-        table: &SegmentTable,
+        table: &impl SegmentSamples,
         window: Range<usize>,
         at: usize,
     ) -> Option<Pose<Hand, Object>> {
@@ -104,8 +104,8 @@ impl Boundary {
             return None;
         }
         let poses = || {
-            let measured = table.measured(window.clone(), OBJECT_PART);
-            measured.filter_map(|k| Some((k, table.object_at(k)?)))
+            let measured = measured(table, window.clone(), OBJECT_PART);
+            measured.filter_map(|k| Some((k, table.object(k)?)))
         };
         let (_, nearest) = poses().min_by_key(|(k, _)| k.abs_diff(at))?;
         let back = nearest.isometry().rotation.inverse();
@@ -120,6 +120,15 @@ impl Boundary {
         let translation = Translation3::from(position);
         Some(Pose::new(Isometry3::from_parts(translation, rotation)))
     }
+}
+
+/// Samples of a range at which a part was measured, in order.
+fn measured(
+    table: &impl SegmentSamples,
+    range: Range<usize>,
+    part: usize,
+) -> impl Iterator<Item = usize> + Clone {
+    range.filter(move |&k| table.is_measured(k, part))
 }
 
 fn object_ends(

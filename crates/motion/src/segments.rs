@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::boundary::Boundary;
 use crate::error::MotionError;
 use crate::settings::SegmentSettings;
-use crate::table::SegmentTable;
+use crate::table::SegmentSamples;
 
 /// A turn below which its axis is rounding, radians: unit quaternions carry some 1e-16.
 const SMALLEST_TURN_RAD: f64 = 1e-9;
@@ -74,35 +74,80 @@ pub fn cut_some(
     settings: &SegmentSettings,
     which: impl FnOnce(usize) -> Vec<usize>,
 ) -> Result<Segments, MotionError> {
-    check_rates(motions, settings)?;
-    let cut = Cut::new(settings)?;
-    let tables: Vec<SegmentTable> = (motions.par_iter())
-        .map(|motion| SegmentTable::from_motion(motion))
-        .collect();
+    let found = FoundSegments::new(motions, settings)?;
+    let which = which(found.origins().len());
+    Ok(found.segments(which))
+}
 
-    let mut every = Vec::new();
-    let mut left_out = 0;
-    for (take, table) in tables.iter().enumerate() {
-        let starts = cut.starts(table);
-        left_out += starts.left_out;
-        every.extend((starts.starts.into_iter()).map(|start| SegmentOrigin { take, start }));
+/// Places of the segments of [`cut_segments`], whose samples stay in the motions until they are wanted: segments of a long
+/// take can be worked on some at a time.
+#[derive(Clone, Debug)]
+pub struct FoundSegments<'m> {
+    motions: Vec<&'m Motion>,
+    cut: Cut,
+    origins: Vec<SegmentOrigin>,
+    /// Segments that takes without gaps would have given in addition.
+    pub left_out: usize,
+}
+
+impl<'m> FoundSegments<'m> {
+    /// Finds the segments of motions.
+    ///
+    /// # Errors
+    ///
+    /// As for [`cut_segments`].
+    pub fn new(motions: &[&'m Motion], settings: &SegmentSettings) -> Result<Self, MotionError> {
+        check_rates(motions, settings)?;
+        let cut = Cut::new(settings)?;
+        let starts: Vec<Starts> = (motions.par_iter())
+            .map(|motion| cut.starts(*motion))
+            .collect();
+        let origins = starts.iter().enumerate().flat_map(|(take, starts)| {
+            let starts = starts.starts.iter();
+            starts.map(move |&start| SegmentOrigin { take, start })
+        });
+        Ok(Self {
+            motions: motions.to_vec(),
+            cut,
+            origins: origins.collect(),
+            left_out: starts.iter().map(|starts| starts.left_out).sum(),
+        })
     }
-    let origins: Vec<_> = (which(every.len()).into_iter())
-        .map(|segment| every[segment])
-        .collect();
-    let rows = settings.layout.rows();
-    let mut columns_m = vec![0.0; rows * origins.len()];
-    columns_m
-        .par_chunks_mut(rows)
-        .zip(&origins)
-        .for_each(|(column, origin)| cut.fill(&tables[origin.take], origin.start, column));
-    let ends = (origins.iter())
-        .map(|origin| cut.ends(&tables[origin.take], origin.start))
-        .collect();
-    let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
-    let segments = Segments::new(settings.layout, columns_m, origins, ends, left_out)
-        .expect("a column, an origin and end conditions were made for each segment");
-    Ok(segments.under(cut.protocol))
+
+    /// Where each segment is.
+    pub fn origins(&self) -> &[SegmentOrigin] {
+        &self.origins
+    }
+
+    /// Shape of each segment.
+    pub fn layout(&self) -> SegmentLayout {
+        self.cut.layout
+    }
+
+    /// Cuts the segments of these numbers, in this order.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    pub fn segments(&self, which: impl IntoIterator<Item = usize>) -> Segments {
+        let cut = &self.cut;
+        let origins: Vec<_> = (which.into_iter())
+            .map(|segment| self.origins[segment])
+            .collect();
+        let rows = cut.layout.rows();
+        let mut columns_m = vec![0.0; rows * origins.len()];
+        columns_m
+            .par_chunks_mut(rows)
+            .zip(&origins)
+            .for_each(|(column, origin)| cut.fill(self.motions[origin.take], origin.start, column));
+        let ends = (origins.iter())
+            .map(|origin| cut.ends(self.motions[origin.take], origin.start))
+            .collect();
+        let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
+        let segments = Segments::new(cut.layout, columns_m, origins, ends, self.left_out)
+            .expect("a column, an origin and end conditions were made for each segment");
+        segments.under(cut.protocol)
+    }
 }
 
 fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), MotionError> {
@@ -179,10 +224,10 @@ impl Cut {
     }
 
     /// Where segments of a take start.
-    pub fn starts(&self, table: &SegmentTable) -> Starts {
+    pub fn starts(&self, table: &impl SegmentSamples) -> Starts {
         let intervals = self.intervals(table);
         let mut starts = Vec::new();
-        for usable in self.usable(table.len(), table.selected()) {
+        for usable in self.usable(table.samples(), table.selected()) {
             for interval in &intervals {
                 let interval = interval.start.max(usable.start)..interval.end.min(usable.end);
                 starts.extend(
@@ -193,7 +238,7 @@ impl Cut {
         }
         // An interval starts its own grid, so with a stride beyond a segment's length a gap can even
         // make room for more.
-        let whole = self.without_gaps(table.len(), table.selected());
+        let whole = self.without_gaps(table.samples(), table.selected());
         Starts {
             left_out: whole.saturating_sub(starts.len()),
             starts,
@@ -202,13 +247,13 @@ impl Cut {
 
     /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: the hand,
     /// a finger, or the object.
-    pub fn left_out_by(&self, table: &SegmentTable) -> BTreeMap<String, usize> {
+    pub fn left_out_by(&self, table: &impl SegmentSamples) -> BTreeMap<String, usize> {
         let fingers = Finger::ALL.map(|finger| (finger.name(), 3 * finger.index()));
         let is_complete = |start: usize, mut with_margins: Range<usize>| {
             let bridged = self.missing > 0 || with_margins.all(|k| table.is_present(k));
             bridged && self.can_teach(table, start)
         };
-        let usable = self.usable(table.len(), table.selected());
+        let usable = self.usable(table.samples(), table.selected());
         let mut left_out_by = BTreeMap::new();
         for start in usable.iter().flat_map(|range| self.within(range)) {
             let samples = start - self.margin..start + self.layout.samples + self.margin;
@@ -219,13 +264,13 @@ impl Cut {
                 samples.clone().filter(|&k| is_missing(k)).count()
             };
             let tips = fingers
-                .map(|(name, row)| (missing(&|k| table.fingertips_m()[k][row].is_nan()), name));
+                .map(|(name, row)| (missing(&|k| table.fingertips_m(k)[row].is_nan()), name));
             let object =
-                (self.layout.object).then(|| (missing(&|k| !table.has_object(k)), "object"));
+                (self.layout.object).then(|| (missing(&|k| table.object(k).is_none()), "object"));
             let hand = missing(&|k| {
                 fingers
                     .iter()
-                    .all(|(_, row)| table.fingertips_m()[k][*row].is_nan())
+                    .all(|(_, row)| table.fingertips_m(k)[*row].is_nan())
             });
             // Where the hand is lost all fingertips are: of equal ones the first counts.
             let most = std::iter::once((hand, "hand"))
@@ -251,12 +296,15 @@ impl Cut {
     /// # Panics
     ///
     /// If the take ends before the segment, or the column has another length.
-    pub fn fill(&self, table: &SegmentTable, start: usize, column_m: &mut [f64]) {
+    pub fn fill(&self, table: &impl SegmentSamples, start: usize, column_m: &mut [f64]) {
         let samples = start..start + self.layout.samples;
         let (fingers, object_m) = column_m.split_at_mut(self.layout.finger_rows());
-        fingers.copy_from_slice(table.fingertips_m()[samples.clone()].as_flattened());
+        let configurations = fingers.as_chunks_mut().0.iter_mut();
+        for (configuration, k) in configurations.zip(samples.clone()) {
+            *configuration = table.fingertips_m(k);
+        }
         if self.layout.object {
-            fill_object(object_m, table.object().get(samples).unwrap_or_default());
+            fill_object(object_m, samples.map_while(|k| table.object(k)));
         }
     }
 
@@ -265,7 +313,7 @@ impl Cut {
     /// # Panics
     ///
     /// If the take ends before the segment and its margin.
-    pub fn ends(&self, table: &SegmentTable, start: usize) -> EndConditions {
+    pub fn ends(&self, table: &impl SegmentSamples, start: usize) -> EndConditions {
         let boundary = self.boundary(start);
         match self.protocol {
             Protocol::Published => boundary.differences(table),
@@ -297,8 +345,8 @@ impl Cut {
     }
 
     /// Stretches between gaps that are too long to be bridged.
-    fn intervals(&self, table: &SegmentTable) -> Vec<Range<usize>> {
-        let runs = runs(0..table.len(), |k| table.is_present(k));
+    fn intervals(&self, table: &impl SegmentSamples) -> Vec<Range<usize>> {
+        let runs = runs(0..table.samples(), |k| table.is_present(k));
         let mut intervals: Vec<Range<usize>> = Vec::new();
         for run in runs {
             match intervals.last_mut() {
@@ -320,7 +368,7 @@ impl Cut {
 
     /// Whether the segment that starts at a sample has what it needs: its ends, most of its samples,
     /// and all of the object where the layout has it.
-    fn can_teach(&self, table: &SegmentTable, start: usize) -> bool {
+    fn can_teach(&self, table: &impl SegmentSamples, start: usize) -> bool {
         let samples = start..start + self.layout.samples;
         let last = samples.end - 1;
         let ends = [start - self.margin, start, last, last + self.margin];
@@ -330,7 +378,7 @@ impl Cut {
         };
         (self.missing == 0
             || ends.iter().all(|&k| table.is_present(k)) && missing() <= self.missing)
-            && (!self.layout.object || samples.clone().all(|k| table.has_object(k)))
+            && (!self.layout.object || samples.clone().all(|k| table.object(k).is_some()))
             && (self.protocol == Protocol::Published
                 || self.boundary(start).has_lines(table, self.layout.object))
     }
@@ -344,22 +392,16 @@ impl Cut {
 /// each further sample takes the one nearest to the sample before, so that a steady turn is a
 /// straight line beyond half a turn too. Near a whole turn the axis of what is left is lost in noise
 /// and the vector with it, as for any three numbers that stand for a rotation.
-fn fill_object(rows_m: &mut [f64], poses: &[Pose<Hand, Object>]) {
-    let Some(first) = poses.first() else {
-        return;
-    };
-    let back = first.isometry().rotation.inverse();
+fn fill_object(rows_m: &mut [f64], poses: impl Iterator<Item = Pose<Hand, Object>>) {
+    let mut back = None;
     let mut turned = Vector3::zeros();
-    for (k, (row, pose)) in (rows_m
-        .as_chunks_mut::<OBJECT_COORDINATES>()
-        .0
-        .iter_mut()
-        .zip(poses))
-    .enumerate()
-    {
+    let rows = rows_m.as_chunks_mut::<OBJECT_COORDINATES>().0;
+    for (row, pose) in rows.iter_mut().zip(poses) {
         let [x, y, z] = pose.origin().to_array();
-        if k > 0 {
-            turned = nearest_rotation_vector(pose.isometry().rotation * back, turned);
+        let rotation = pose.isometry().rotation;
+        match back {
+            None => back = Some(rotation.inverse()),
+            Some(back) => turned = nearest_rotation_vector(rotation * back, turned),
         }
         let [a, b, c]: [f64; 3] = (turned * ROTATION_LEVER_M).into();
         *row = [x, y, z, a, b, c];

@@ -1,4 +1,4 @@
-//! Sample table that segments are cut from: a take without names and clocks.
+//! Samples that segments are cut from: a motion, or a table of one without names and clocks.
 
 use std::ops::Range;
 
@@ -9,8 +9,62 @@ use inhand_model::{
 /// Place of the object among the parts of a sample: the fingers are 0 to 4.
 pub(crate) const OBJECT_PART: usize = Finger::COUNT;
 
-/// Fingertips and object of a take at every sample, hand frame, metres: time-major, so that a
-/// segment is one piece of it.
+/// Samples of a take that segments are cut from, in the frame `hand`.
+pub trait SegmentSamples: Sync {
+    /// Number of samples.
+    fn samples(&self) -> usize;
+
+    /// Samples that segments may be cut from; `None` for all.
+    fn selected(&self) -> Option<&[Range<usize>]>;
+
+    /// Fingertips at a sample, NaN where missing, metres.
+    fn fingertips_m(&self, k: usize) -> Configuration;
+
+    /// Pose of the object at a sample.
+    fn object(&self, k: usize) -> Option<Pose<Hand, Object>>;
+
+    /// Whether a part was measured at a sample: fingers in their order, then the object.
+    fn is_measured(&self, k: usize, part: usize) -> bool;
+
+    /// Whether all five fingertips are there at a sample.
+    fn is_present(&self, k: usize) -> bool {
+        self.fingertips_m(k).iter().all(|v| !v.is_nan())
+    }
+}
+
+impl SegmentSamples for Motion {
+    fn samples(&self) -> usize {
+        self.len()
+    }
+
+    fn selected(&self) -> Option<&[Range<usize>]> {
+        self.selected.as_deref()
+    }
+
+    fn fingertips_m(&self, k: usize) -> Configuration {
+        let mut configuration = [f64::NAN; SEGMENT_COORDINATES];
+        for (finger, track) in self.fingertips.iter() {
+            if let Some(position) = track.get(k) {
+                configuration[finger.index() * 3..][..3].copy_from_slice(&position.to_array());
+            }
+        }
+        configuration
+    }
+
+    fn object(&self, k: usize) -> Option<Pose<Hand, Object>> {
+        self.object.as_ref()?.get(k).filter(|pose| pose.is_finite())
+    }
+
+    fn is_measured(&self, k: usize, part: usize) -> bool {
+        let status = match Finger::ALL.get(part) {
+            Some(&finger) => self.fingertips[finger].status(k),
+            None => (self.object.as_ref()).map_or(Status::Missing, |object| object.status(k)),
+        };
+        status == Status::Measured
+    }
+}
+
+/// Fingertips and object of a take at every sample, hand frame, metres, as long runs of learning store them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SegmentTable {
     /// Configurations, NaN where a fingertip is missing.
@@ -26,32 +80,13 @@ pub struct SegmentTable {
 impl SegmentTable {
     /// The table of a motion.
     pub fn from_motion(motion: &Motion) -> Self {
-        let fingertips_m = (0..motion.len())
-            .map(|k| {
-                let mut configuration = [f64::NAN; SEGMENT_COORDINATES];
-                for finger in Finger::ALL {
-                    if let Some(position) = motion.fingertips[finger].get(k) {
-                        configuration[finger.index() * 3..][..3]
-                            .copy_from_slice(&position.to_array());
-                    }
-                }
-                configuration
-            })
-            .collect();
         let object = (motion.object.as_ref()).map_or_else(Vec::new, |o| o.values().to_vec());
-        let is_measured = |k: usize, part: usize| {
-            let status = match Finger::ALL.get(part) {
-                Some(&finger) => motion.fingertips[finger].status(k),
-                None => (motion.object.as_ref()).map_or(Status::Missing, |object| object.status(k)),
-            };
-            status == Status::Measured
-        };
         let measured = (0..motion.len()).map(|k| {
-            let parts = (0..=OBJECT_PART).filter(|&part| is_measured(k, part));
+            let parts = (0..=OBJECT_PART).filter(|&part| motion.is_measured(k, part));
             parts.fold(0, |bits, part| bits | 1 << part)
         });
         Self {
-            fingertips_m,
+            fingertips_m: (0..motion.len()).map(|k| motion.fingertips_m(k)).collect(),
             object,
             measured: measured.collect(),
             selected: motion.selected.clone(),
@@ -107,31 +142,30 @@ impl SegmentTable {
         &self.measured
     }
 
-    /// Samples of a range at which a part was measured, in order.
-    pub(crate) fn measured(
-        &self,
-        range: Range<usize>,
-        part: usize,
-    ) -> impl Iterator<Item = usize> + Clone + '_ {
-        range.filter(move |&k| self.measured[k] >> part & 1 == 1)
-    }
-
     /// Samples that segments may be cut from; `None` for all.
     pub fn selected(&self) -> Option<&[Range<usize>]> {
         self.selected.as_deref()
     }
+}
 
-    /// Whether all five fingertips are there at a sample.
-    pub fn is_present(&self, k: usize) -> bool {
-        self.fingertips_m[k].iter().all(|v| !v.is_nan())
+impl SegmentSamples for SegmentTable {
+    fn samples(&self) -> usize {
+        self.len()
     }
 
-    /// Whether the object is there at a sample.
-    pub fn has_object(&self, k: usize) -> bool {
-        self.object_at(k).is_some()
+    fn selected(&self) -> Option<&[Range<usize>]> {
+        self.selected()
     }
 
-    pub(crate) fn object_at(&self, k: usize) -> Option<Pose<Hand, Object>> {
+    fn fingertips_m(&self, k: usize) -> Configuration {
+        self.fingertips_m[k]
+    }
+
+    fn object(&self, k: usize) -> Option<Pose<Hand, Object>> {
         self.object.get(k).copied().filter(|pose| pose.is_finite())
+    }
+
+    fn is_measured(&self, k: usize, part: usize) -> bool {
+        self.measured[k] >> part & 1 == 1
     }
 }

@@ -15,7 +15,7 @@ use crate::error::{SessionError, invalid};
 use crate::hand_state::HandState;
 use crate::methods::Method;
 use crate::settings::Settings;
-use crate::steps::{Hold, hold_settings, plan_error, planner};
+use crate::steps::{hold_settings, plan_error, planner};
 use crate::take_file::write_parts;
 
 /// What to plan.
@@ -267,7 +267,7 @@ fn target(
 fn holding(
     request: &PlanRequest,
     layout: SegmentLayout,
-    hold: &Hold,
+    hold: &inhand_planner::Hold,
 ) -> Result<Holding, SessionError> {
     let known = |state: &HandState| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
@@ -321,6 +321,7 @@ pub fn write_plan(
         .collect();
     let generated = [GeneratedMethod {
         name: planned.method.name(),
+        plans: true,
         segments: &segments,
     }];
     let recording = empty_recording(whole.layout().rate_hz, samples);

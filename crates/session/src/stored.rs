@@ -15,7 +15,7 @@ use crate::error::{Located, SessionError};
 use crate::files::{FileSource, open_take};
 use crate::methods::Method;
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
+use crate::steps::{self, Generated, Generator, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::Take;
 
 /// An evaluation of stored trajectories, and what it is made of under each protocol.
@@ -246,7 +246,8 @@ fn stored_methods(
         let mut generated = join_takes(&method.name, takes, &stored, test)?;
         if let Some(plans) = &generated.plans {
             let method = generated.method;
-            generated.corridors = steps::corridors_of(method, dictionary, test, plans, settings)?;
+            let generator = Generator::new(method, dictionary, test.protocol(), settings)?;
+            generated.corridors = generator.corridors(test, plans)?;
         }
         Ok(generated)
     });

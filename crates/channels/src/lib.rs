@@ -98,9 +98,9 @@ pub use overlay::{
 };
 pub use preview::{PointExtent, Preview, preview};
 pub use read::{
-    ReadMethod, StoredMethod, absent, evaluated_of_source, generated_of_source, metadata_of_source,
-    read_evaluated, read_generated, read_leading_metadata, read_metadata, read_take,
-    take_of_source,
+    ReadMethod, ReadSegments, StoredMethod, absent, evaluated_of_source, generated_of_source,
+    metadata_of_source, read_evaluated, read_generated, read_leading_metadata, read_metadata,
+    read_take, segments_of_source, take_of_source,
 };
 pub use segments::TakeSegments;
 pub use take::{

@@ -1,4 +1,4 @@
-//! What methods generated and how it compares with the recording, by sample.
+//! Generated and evaluated motion of methods, by sample.
 
 use inhand_model::{Finger, Protocol, Trajectory};
 

@@ -365,6 +365,16 @@ pub fn evaluation_rows(comparison: &Comparison<'_>, methods: Vec<MethodRows>) ->
     }
 }
 
+impl Comparison<'_> {
+    /// As [`evaluation_rows`], of a comparison that is over.
+    pub fn into_rows(self, methods: Vec<MethodRows>) -> EvaluationRows {
+        EvaluationRows {
+            methods,
+            ..self.recorded.rows
+        }
+    }
+}
+
 /// Where a method plans the object to be; `None` for one that plans fingertips alone.
 fn planned_objects(generated: &Generated) -> Option<Vec<Option<ObjectPoses>>> {
     let plans = generated.plans.as_ref()?;

@@ -201,7 +201,7 @@ impl TakeGenerators<'_> {
         &self,
         samples: &Range<usize>,
     ) -> Result<PerProtocol<(Segments, Vec<Generated>)>, SessionError> {
-        let under = |protocol: Protocol| {
+        PerProtocol::try_from_fn(|protocol| {
             let found = &self.segments[protocol];
             let inside = TakeSegments {
                 origins: found.origins(),
@@ -213,11 +213,7 @@ impl TakeGenerators<'_> {
             let by_each = self.generators[protocol].iter();
             let generated = by_each.map(|generator| generator.generate(&segments));
             let generated = generated.collect::<Result<Vec<_>, SessionError>>()?;
-            Ok::<_, SessionError>((segments, generated))
-        };
-        Ok(PerProtocol {
-            published: under(Protocol::Published)?,
-            held_out: under(Protocol::HeldOut)?,
+            Ok((segments, generated))
         })
     }
 }

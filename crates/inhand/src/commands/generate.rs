@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::{PerProtocol, Protocol};
+use inhand_model::PerProtocol;
 use inhand_session::steps::Generator;
 use inhand_session::{
     Method, MotionSource, Role, Settings, TakeContents, TakeGenerators, provenance, steps,
@@ -74,14 +74,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             methods.iter().map(by).collect::<Result<Vec<_>, _>>()
         };
         let generators = TakeGenerators {
-            segments: PerProtocol {
-                published: found(Protocol::Published)?,
-                held_out: found(Protocol::HeldOut)?,
-            },
-            generators: PerProtocol {
-                published: generators(Protocol::Published)?,
-                held_out: generators(Protocol::HeldOut)?,
-            },
+            segments: PerProtocol::try_from_fn(found)?,
+            generators: PerProtocol::try_from_fn(generators)?,
         };
         let hashes = [take.hash.clone(), dictionary.hash.clone()];
         let made = provenance("generate", &settings, hashes);

@@ -32,6 +32,19 @@ pub struct Generated {
     pub corridors: Option<SegmentCorridors>,
 }
 
+impl Generated {
+    /// Nothing yet.
+    pub(crate) fn new(method: Method) -> Self {
+        Self {
+            method,
+            trajectories: Vec::new(),
+            plans: None,
+            plan_times: Vec::new(),
+            corridors: None,
+        }
+    }
+}
+
 /// Recorded motion against a method's prediction regions.
 #[derive(Clone, Debug)]
 pub struct SegmentCorridors {
@@ -112,13 +125,7 @@ impl<'d> Generator<'d> {
     /// As [`generate`].
     pub fn generate(&self, segments: &Segments) -> Result<Generated, SessionError> {
         let (method, layout) = (self.method, segments.layout());
-        let mut generated = Generated {
-            method,
-            trajectories: Vec::new(),
-            plans: None,
-            plan_times: Vec::new(),
-            corridors: None,
-        };
+        let mut generated = Generated::new(method);
         let Some(planner) = &self.planner else {
             let curves = segments
                 .ends()

@@ -62,12 +62,14 @@ mod cut;
 mod dictionary;
 mod error;
 mod info;
+mod made;
 mod messages;
 mod metadata;
 mod overlay;
 mod preview;
 mod read;
 mod schema;
+mod segments;
 mod streams;
 mod take;
 mod topic;
@@ -96,10 +98,11 @@ pub use overlay::{
 };
 pub use preview::{PointExtent, Preview, preview};
 pub use read::{
-    ReadMethod, absent, evaluated_of_source, generated_of_source, metadata_of_source,
-    read_evaluated, read_generated, read_leading_metadata, read_metadata, read_take,
-    take_of_source,
+    ReadMethod, ReadSegments, StoredMethod, absent, evaluated_of_source, generated_of_source,
+    metadata_of_source, read_evaluated, read_generated, read_leading_metadata, read_metadata,
+    read_take, segments_of_source, take_of_source,
 };
+pub use segments::TakeSegments;
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, Outline, RECORDED, ReadCleaned, ReadTake, TakeFile, Views,

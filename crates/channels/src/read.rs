@@ -1,6 +1,7 @@
 //! A take's nouns from its file.
 
 mod methods;
+mod pieces;
 mod tracks;
 
 use std::collections::BTreeMap;
@@ -22,8 +23,10 @@ use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
 use crate::take::{ReadCleaned, ReadTake};
 use crate::topic;
 pub use methods::{
-    ReadMethod, evaluated_of_source, generated_of_source, read_evaluated, read_generated,
+    ReadMethod, ReadSegments, evaluated_of_source, generated_of_source, read_evaluated,
+    read_generated, segments_of_source,
 };
+pub use pieces::StoredMethod;
 pub(crate) use tracks::TIME_TOLERANCE_NANOS;
 use tracks::{Place, TrackReader};
 

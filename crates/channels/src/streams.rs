@@ -8,6 +8,7 @@ use inhand_container::{Packing, Writer};
 use inhand_model::{Clock, Recording};
 
 use crate::error::ChannelError;
+use crate::made::Made;
 use crate::metadata::Metadata;
 use crate::schema::Logged;
 
@@ -55,8 +56,15 @@ impl Output<'_> {
     }
 }
 
-/// Consecutive samples of a take that is written block by block, and the number of the first one.
-type Block<'a> = Option<(&'a Recording, usize)>;
+/// Consecutive samples of a take that is written block by block.
+#[derive(Clone, Copy)]
+pub(crate) struct Block<'a> {
+    pub(crate) recording: &'a Recording,
+    /// Number of the first sample.
+    pub(crate) first: usize,
+    /// What methods made of the samples.
+    pub(crate) made: &'a Made<'a>,
+}
 
 /// The sample that a message is about.
 pub(crate) struct Instant<'a> {
@@ -64,15 +72,21 @@ pub(crate) struct Instant<'a> {
     pub(crate) k: usize,
     /// Its time.
     pub(crate) unix_nanos: u64,
-    block: Block<'a>,
+    block: Option<Block<'a>>,
 }
 
 impl<'a> Instant<'a> {
     /// The recording that has the sample, and where: `whole`, or else the block that is being written.
     pub(crate) fn recorded(&self, whole: Option<&'a Recording>) -> Option<(&'a Recording, usize)> {
-        let (recording, first) = whole.map(|recording| (recording, 0)).or(self.block)?;
+        let block = self.block.map(|block| (block.recording, block.first));
+        let (recording, first) = whole.map(|recording| (recording, 0)).or(block)?;
         let row = self.k - first;
         (row < recording.len()).then_some((recording, row))
+    }
+
+    /// What methods made of the block with the sample.
+    pub(crate) fn made(&self) -> Option<&'a Made<'a>> {
+        self.block.map(|block| block.made)
     }
 }
 
@@ -108,7 +122,7 @@ impl Sampling {
 
 /// Writes the next message of a channel and gives the time of the one after it; `None` after the last.
 type WriteNext<'a> =
-    Box<dyn FnMut(Block<'_>, &mut Output<'_>) -> Result<Option<u64>, ChannelError> + 'a>;
+    Box<dyn FnMut(Option<Block<'_>>, &mut Output<'_>) -> Result<Option<u64>, ChannelError> + 'a>;
 
 /// A file being written, with the messages that wait for their time. Those of one instant come in the
 /// order in which their channels were added.
@@ -221,7 +235,7 @@ impl<'a> Streams<'a> {
     pub(crate) fn write_until(
         &mut self,
         unix_nanos: u64,
-        block: Block<'_>,
+        block: Option<Block<'_>>,
     ) -> Result<(), ChannelError> {
         while let Some(&Reverse((time, stream))) = self.due.peek()
             && time <= unix_nanos

@@ -87,20 +87,10 @@ pub enum Views {
 pub struct GeneratedMethod<'a> {
     /// Name, such as `prior`; becomes part of topics.
     pub name: &'a str,
+    /// Whether its segments have plans: there is a channel for them.
+    pub plans: bool,
     /// Trajectories and plans that found none, in any order.
     pub segments: &'a [GeneratedSegment<'a>],
-}
-
-impl<'a> GeneratedMethod<'a> {
-    /// Trajectories with their first samples, in the order in which they start.
-    pub(crate) fn trajectories(&self) -> Vec<(usize, &'a Trajectory)> {
-        let segments = self.segments.iter();
-        let mut trajectories: Vec<_> = segments
-            .filter_map(|segment| Some((segment.start_sample, segment.trajectory?)))
-            .collect();
-        trajectories.sort_by_key(|&(start, _)| start);
-        trajectories
-    }
 }
 
 /// Which of the take's markers is on which fingertip.

@@ -25,13 +25,17 @@ use std::rc::Rc;
 
 use foxglove::messages::{Log, log};
 use inhand_model::{
-    Clock, Finger, Frame, Hand, MarkerKind, PerFinger, PlanStatus, Trajectory, World,
+    Change, Clock, Finger, Frame, Hand, MarkerKind, PerFinger, PlanStatus, Protocol, World,
 };
 
 use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
+use crate::made::ByStart;
 use crate::streams::{Instant, Sampling, Streams};
-use crate::take::{Outline, RECORDED, TakeFile, Views, marker_indices, scene_stride, stride};
+use crate::take::{
+    EvaluatedMethod, GeneratedMethod, Outline, RECORDED, TakeFile, Views, marker_indices,
+    scene_stride, stride,
+};
 use crate::topic;
 use crate::view::draw::{add_cloud, cloud_once};
 use crate::view::tips::{TipTopics, Tips};
@@ -80,14 +84,14 @@ pub(crate) fn draw_take<'a>(
             scene: (place == 0).then_some(&scene),
             contacts: (place == 0 && views == Views::All).then_some(&contacts_topic),
         };
-        let trajectories = method.trajectories();
         if alone {
-            draw_planned_path(method.name, &trajectories, shown, streams)?;
+            draw_planned_path(method, shown, streams)?;
         }
         let tips = Tips {
             frame: Hand::NAME,
             position_m: Rc::new(move |at, finger| {
-                generated_position_m(&trajectories, at.k, finger)
+                let segments = at.made()?.generated(Protocol::Published, place)?;
+                segments.position_m(at.k, finger)
             }),
             contacts: contacts(file, method.name),
             shells: (!alone).then(|| method_colour(place)),
@@ -101,7 +105,7 @@ pub(crate) fn draw_take<'a>(
     if tree.object {
         object::draw(file.object_shape, start, streams)?;
     }
-    add_log(file, measured, streams)
+    add_log(file, measured, samples, streams)
 }
 
 /// Fingertips of the motion, frame `hand`, or else of the markers that have the roles, frame `world`.
@@ -133,47 +137,29 @@ fn recorded_tips<'a>(file: &TakeFile<'a>, hand: bool) -> Option<Tips<'a>> {
 
 /// Draws the whole planned path of each fingertip once as points, for viewers that draw no scenes.
 fn draw_planned_path(
-    method: &str,
-    trajectories: &[(usize, &Trajectory)],
+    method: &GeneratedMethod<'_>,
     shown: Sampling,
     streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
+    let segments = &ByStart::new(method.segments);
     let path_m = Finger::ALL.into_iter().flat_map(|finger| {
         let samples = (0..shown.samples).step_by(shown.stride);
-        let position_m = move |k| generated_position_m(trajectories, k, finger);
-        samples.filter_map(move |k| Some((finger.index(), position_m(k)?)))
+        samples.filter_map(move |k| Some((finger.index(), segments.position_m(k, finger)?)))
     });
-    let topic = topic::named(topic::VIEW_GENERATED, method, "path_points");
+    let topic = topic::named(topic::VIEW_GENERATED, method.name, "path_points");
     let place = (&*topic, Hand::NAME, "finger");
     let colour = |finger: usize| FINGER_COLOURS[Finger::ALL[finger]];
     cloud_once(place, path_m, colour, shown.clock.unix_nanos(0), streams)
 }
 
-/// Position in the generated motion; where trajectories, sorted by their start, overlap, the one that started
-/// last counts.
-fn generated_position_m(
-    trajectories: &[(usize, &Trajectory)],
-    k: usize,
-    finger: Finger,
-) -> Option<[f64; 3]> {
-    let started = trajectories.partition_point(|&(start, _)| start <= k);
-    let (start, trajectory) = trajectories[..started].last()?;
-    let inside = k - start < trajectory.layout().samples;
-    inside.then(|| trajectory.position(k - start, finger).to_array())
-}
-
-/// Contacts of a method by sample.
-fn contacts<'a>(file: &TakeFile<'a>, method: &str) -> tips::Contacts<'a> {
-    let method = file
-        .evaluated
-        .iter()
-        .find(|evaluated| evaluated.name == method);
-    let samples = method.iter().flat_map(|method| &method.samples);
-    Rc::new(
-        samples
-            .filter_map(|judged| Some((judged.sample, judged.contact.as_ref()?)))
-            .collect(),
-    )
+/// Place of the method of this name among those that contacts are known of.
+fn contacts(file: &TakeFile<'_>, method: &str) -> Option<usize> {
+    let has_contacts = |method: &EvaluatedMethod| {
+        let mut samples = method.samples.iter();
+        samples.any(|judged| judged.contact.is_some())
+    };
+    let mut methods = file.evaluated.iter();
+    methods.position(|evaluated| evaluated.name == method && has_contacts(evaluated))
 }
 
 /// Draws markers and bodies as points.
@@ -229,52 +215,62 @@ fn draw_entities<'a>(
 fn add_log(
     file: &TakeFile<'_>,
     measured: Clock,
+    samples: Sampling,
     streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    let clock = file.recording.clock;
-    let mut entries: Vec<(usize, log::Level, &str, String)> = Vec::new();
-    if let Some(cleaned) = &file.cleaned {
+    let clock = samples.clock;
+    let log = |unix_nanos, level: log::Level, name: &str, message: String| Log {
+        timestamp: Some(viewer_time(unix_nanos)),
+        level: level.into(),
+        name: name.to_owned(),
+        message,
+        ..Log::default()
+    };
+    if let Some(cleaned) = file.cleaned.filter(|cleaned| !cleaned.changes.is_empty()) {
         let last = cleaned.recording.len().saturating_sub(1);
-        for change in cleaned.changes {
-            // The first sample of the cleaned recording that it concerns.
+        // The first sample of the cleaned recording that a change concerns.
+        let sample = |change: &Change| {
             let sample = clock.nearest_sample(measured.time_s(change.samples.start));
-            let message = change.to_string();
-            entries.push((sample.min(last), log::Level::Info, "clean", message));
-        }
-    }
-    for method in file.generated {
-        for unsolved in method.segments {
-            let (None, Some(plan)) = (unsolved.trajectory, unsolved.plan) else {
-                continue;
-            };
-            let how = match plan.status {
-                PlanStatus::Infeasible => "no motion keeps to all constraints",
-                _ => "the solver found no motion",
-            };
-            let message = format!("no trajectory: {how}");
-            let sample = unsolved.start_sample;
-            entries.push((sample, log::Level::Warning, method.name, message));
-        }
-    }
-    if entries.is_empty() {
-        return Ok(());
-    }
-    // The order of those at one sample stays.
-    entries.sort_by_key(|(sample, ..)| *sample);
-    let messages: Vec<_> = (entries.into_iter())
-        .map(|(sample, level, name, message)| {
+            sample.min(last)
+        };
+        let mut changes: Vec<_> = (cleaned.changes.iter())
+            .map(|change| (sample(change), change.to_string()))
+            .collect();
+        // The order of those at one sample stays.
+        changes.sort_by_key(|(sample, _)| *sample);
+        let messages = changes.into_iter().map(move |(sample, message)| {
             let unix_nanos = clock.unix_nanos(sample);
-            let log = Log {
-                timestamp: Some(viewer_time(unix_nanos)),
-                level: level.into(),
-                name: name.to_owned(),
-                message,
-                ..Log::default()
-            };
-            (sample, unix_nanos, log)
-        })
-        .collect();
-    let channel = streams.output.channel::<Log>(topic::VIEW_LOG, None)?;
-    streams.listed(channel, messages);
+            (
+                sample,
+                unix_nanos,
+                log(unix_nanos, log::Level::Info, "clean", message),
+            )
+        });
+        let channel = streams.output.channel::<Log>(topic::VIEW_LOG, None)?;
+        streams.listed(channel, messages);
+    }
+    for (place, method) in file.generated.iter().enumerate().filter(|(_, m)| m.plans) {
+        let name = method.name.to_owned();
+        streams.add(samples, move |at, output| {
+            let segments = at
+                .made()
+                .and_then(|made| made.generated(Protocol::Published, place));
+            for segment in segments.map_or(&[][..], |segments| segments.starting(at.k)) {
+                let (None, Some(plan)) = (segment.trajectory, segment.plan) else {
+                    continue;
+                };
+                let how = match plan.status {
+                    PlanStatus::Infeasible => "no motion keeps to all constraints",
+                    _ => "the solver found no motion",
+                };
+                let message = format!("no trajectory: {how}");
+                // Plans are made while they are written: before one fails there is nothing to log.
+                let channel = output.channel::<Log>(topic::VIEW_LOG, None)?;
+                let message = log(at.unix_nanos, log::Level::Warning, &name, message);
+                output.message(channel, at.k, at.unix_nanos, &message)?;
+            }
+            Ok(())
+        });
+    }
     Ok(())
 }

@@ -7,13 +7,14 @@ use std::io::Write;
 
 use foxglove::messages::FrameTransforms;
 use inhand_container::ChannelFacts;
-use inhand_model::{Clock, Frame, Protocol, Recording, Track, World};
+use inhand_model::{Clock, Frame, Protocol, Track, World};
 use nalgebra::Isometry3;
 
 use crate::annotations::add_events;
 use crate::error::{ChannelError, ensure};
+use crate::made::Made;
 use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
-use crate::streams::{PACKED, Sampling, Streams};
+use crate::streams::{Block, PACKED, Sampling, Streams};
 use crate::take::{GeneratedMethod, GeneratedSegment, Outline, TakeFile, Views};
 use crate::topic;
 use crate::view::{UPRIGHT, draw_take, transform};
@@ -34,7 +35,7 @@ pub fn write_take(out: &mut dyn Write, file: &TakeFile, views: Views) -> Result<
     let used = file.used();
     let outline = Outline::new(used).with_findings(file.recording.findings.clone());
     let mut writer = TakeWriter::begin(out, file, &outline, views)?;
-    writer.append(used)?;
+    writer.append(file)?;
     writer.finish()
 }
 
@@ -55,7 +56,7 @@ pub fn write_take(out: &mut dyn Write, file: &TakeFile, views: Views) -> Result<
 /// let mut bytes = Vec::new();
 /// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, Views::Default)?;
 /// for block in blocks() {
-///     writer.append(&block)?;
+///     writer.append(&TakeFile::new(&block))?;
 /// }
 /// writer.finish()?;
 /// # Ok(bytes)
@@ -64,6 +65,8 @@ pub fn write_take(out: &mut dyn Write, file: &TakeFile, views: Views) -> Result<
 pub struct TakeWriter<'a> {
     streams: Streams<'a>,
     clock: Clock,
+    /// Methods under each protocol.
+    methods: [usize; 2],
     expected: usize,
     written: usize,
 }
@@ -71,7 +74,8 @@ pub struct TakeWriter<'a> {
 impl<'a> TakeWriter<'a> {
     /// Writes the part before the first sample. Of `file.recording` only that is looked at
     /// which holds for the whole take: its name, clock, source, markers and bodies. Where the take was
-    /// cleaned, both recordings are there whole, and the blocks are those of the cleaned one.
+    /// cleaned, both recordings are there whole, and the blocks are those of the cleaned one. Of methods their names
+    /// count, whether they have plans, and whether any sample of an evaluated one has an error or contacts.
     ///
     /// # Errors
     ///
@@ -115,9 +119,9 @@ impl<'a> TakeWriter<'a> {
             tracks::add_motion(motion, samples, &mut streams)?;
         }
         for (protocol, methods) in generated(file) {
-            tracks::add_generated(protocol, methods, clock, &mut streams)?;
+            tracks::add_generated(protocol, methods, samples, &mut streams)?;
         }
-        tracks::add_evaluated(file.evaluated, clock, &mut streams)?;
+        tracks::add_evaluated(file.evaluated, samples, &mut streams)?;
         if views != Views::None {
             let drawn = TakeFile {
                 recording: file.used(),
@@ -128,25 +132,43 @@ impl<'a> TakeWriter<'a> {
         Ok(Self {
             streams,
             clock,
+            methods: generated(file).map(|(_, methods)| methods.len()),
             expected: outline.samples,
             written: 0,
         })
     }
 
-    /// Writes the samples that follow those so far.
+    /// Writes the samples that follow those so far: the recording of `block`, and what methods made of its samples, the same
+    /// methods in each block. A segment is in every block that it has samples in.
     ///
     /// # Errors
     ///
-    /// [`ChannelError::Container`].
-    pub fn append(&mut self, block: &Recording) -> Result<(), ChannelError> {
-        let first = self.written;
-        self.written += block.len();
-        match self.written.checked_sub(1).filter(|_| !block.is_empty()) {
-            Some(last) => {
-                (self.streams).write_until(self.clock.unix_nanos(last), Some((block, first)))
-            }
-            None => Ok(()),
-        }
+    /// [`ChannelError::Mismatch`] for segments that do not belong to the take; [`ChannelError::Container`].
+    pub fn append(&mut self, block: &TakeFile<'_>) -> Result<(), ChannelError> {
+        let methods = generated(block).map(|(_, methods)| methods.len());
+        ensure(
+            methods == self.methods,
+            "methods of a block",
+            format!("{:?}", self.methods),
+            format!("{methods:?}"),
+        )?;
+        check_methods(block, self.expected, self.clock)?;
+        let (recording, first) = (block.used(), self.written);
+        self.written += recording.len();
+        let Some(last) = self
+            .written
+            .checked_sub(1)
+            .filter(|_| !recording.is_empty())
+        else {
+            return Ok(());
+        };
+        let made = &Made::new(block);
+        let block = Block {
+            recording,
+            first,
+            made,
+        };
+        (self.streams).write_until(self.clock.unix_nanos(last), Some(block))
     }
 
     /// Writes the part behind the last sample.
@@ -268,7 +290,12 @@ pub fn write_views(
         views,
         &mut streams,
     )?;
-    streams.write_until(u64::MAX, Some((used, 0)))?;
+    let block = Block {
+        recording: used,
+        first: 0,
+        made: &Made::new(file),
+    };
+    streams.write_until(u64::MAX, Some(block))?;
     streams.finish()
 }
 
@@ -323,6 +350,11 @@ fn check(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
         let what = "clock of the motion";
         ensure(found == clock, what, expected, format!("{found:?}"))?;
     }
+    check_methods(file, samples, clock)
+}
+
+/// Checks that what methods made belongs to a take of so many samples.
+fn check_methods(file: &TakeFile, samples: usize, clock: Clock) -> Result<(), ChannelError> {
     for (_, methods) in generated(file) {
         let mut names = BTreeSet::new();
         for method in methods {

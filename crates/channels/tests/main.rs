@@ -21,5 +21,7 @@ mod listing;
 mod round_trip;
 /// Generated code and descriptors.
 mod schemas;
+/// Segments of a take by the block.
+mod segments;
 /// What viewers are given, read with the mcap and foxglove crates.
 mod view;

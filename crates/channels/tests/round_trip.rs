@@ -212,6 +212,38 @@ fn takes_without_entities_or_samples_come_back() {
     assert_same_motion(&read.motion.unwrap(), &motion);
 }
 
+/// Appends a block with what methods have of its samples in the whole file.
+fn append(writer: &mut TakeWriter<'_>, first: usize, block: &Recording, whole: &TakeFile<'_>) {
+    let samples = first..first + block.len();
+    let [method] = whole.generated else {
+        panic!("one method");
+    };
+    let inside = |segment: &&GeneratedSegment<'_>| {
+        let end = segment.start_sample + segment.samples;
+        segment.start_sample < samples.end && samples.start < end
+    };
+    let segments: Vec<_> = method.segments.iter().filter(inside).copied().collect();
+    let generated = [GeneratedMethod {
+        segments: &segments,
+        ..*method
+    }];
+    let evaluated = whole.evaluated.iter().map(|method| {
+        let inside = method.samples.iter();
+        let inside = inside.filter(|judged| samples.contains(&judged.sample));
+        EvaluatedMethod {
+            name: method.name.clone(),
+            samples: inside.copied().collect(),
+        }
+    });
+    let evaluated: Vec<_> = evaluated.collect();
+    let block = TakeFile {
+        generated: &generated,
+        evaluated: &evaluated,
+        ..TakeFile::new(block)
+    };
+    writer.append(&block).unwrap();
+}
+
 #[test]
 fn blocks_give_the_bytes_of_the_whole() {
     for rate_hz in [30.0, 120.0] {
@@ -219,6 +251,7 @@ fn blocks_give_the_bytes_of_the_whole() {
         let segments = common::segments(&take);
         let generated = [GeneratedMethod {
             name: "prior",
+            plans: true,
             segments: &segments,
         }];
         let evaluated = common::evaluated(&["recorded", "prior"], &take);
@@ -248,9 +281,21 @@ fn blocks_give_the_bytes_of_the_whole() {
                 blocks().for_each(|block| outline.add(&block));
                 let outline = outline.with_findings(recording.findings.clone());
                 let mut out = Vec::new();
-                let mut writer =
-                    TakeWriter::begin(&mut out, &file(&header), &outline, Views::All).unwrap();
-                blocks().for_each(|block| writer.append(&block).unwrap());
+                // The names of methods are enough before the first sample.
+                let named = [GeneratedMethod {
+                    segments: &[],
+                    ..generated[0]
+                }];
+                let start = TakeFile {
+                    generated: &named,
+                    ..file(&header)
+                };
+                let mut writer = TakeWriter::begin(&mut out, &start, &outline, Views::All).unwrap();
+                let mut first = 0;
+                for block in blocks() {
+                    append(&mut writer, first, &block, &file(&recording));
+                    first += block.len();
+                }
                 writer.finish().unwrap();
                 assert!(
                     out == written(&file(&recording), true),
@@ -273,7 +318,8 @@ fn a_take_that_ends_early_is_no_file() {
     let file = TakeFile::new(&take.recording);
     let outline = Outline::new(&take.recording);
     let mut writer = TakeWriter::begin(&mut out, &file, &outline, Views::All).unwrap();
-    writer.append(&take.recording.slice(0..39)).unwrap();
+    let block = take.recording.slice(0..39);
+    writer.append(&TakeFile::new(&block)).unwrap();
     let error = writer.finish().unwrap_err().to_string();
     assert!(
         error.contains("expected 40") && error.contains("39"),
@@ -324,10 +370,12 @@ fn trajectories_and_plans_come_back() {
     let generated = [
         GeneratedMethod {
             name: "prior",
+            plans: true,
             segments: &with_unsolved,
         },
         GeneratedMethod {
             name: "line",
+            plans: false,
             segments: &bare,
         },
     ];
@@ -476,6 +524,7 @@ fn parts_of_different_takes_are_refused() {
         let segments = [segment];
         let generated = [GeneratedMethod {
             name,
+            plans: false,
             segments: &segments,
         }];
         refusal(&TakeFile {

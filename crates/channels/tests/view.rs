@@ -508,6 +508,7 @@ fn plans_without_a_motion_are_told_where_it_would_be() {
     }];
     let generated = [GeneratedMethod {
         name: "prior",
+        plans: true,
         segments: &unsolved,
     }];
     let messages = messages(&written(&common::take_file(&take, &generated, &[]), true));

@@ -13,15 +13,15 @@
 //! What needs a definition in numbers is in [`ContactRules`]; there are no defaults.
 
 use inhand_model::{
-    ContactRules, Finger, FingerSet, GaitRow, Object, PerFinger, PhaseKind, PhaseRow, Position,
+    ContactRules, Finger, FingerSet, GaitRow, Object, PhaseKind, PhaseRow, Position,
 };
 
 use crate::error::ContactError;
 use crate::events::{ContactSeries, runs};
 
 /// Finds the phases of a series of contacts, and the steps of fingers by their lifts. Phases are in order, do not
-/// overlap, and together are all samples at which the contacts of all five fingers are known. `pads` are the
-/// positions of the pads in the object's frame at each sample, a shorter list where they are not known.
+/// overlap, and together are all samples at which the contacts of all five fingers are known. `pad` gives the
+/// positions of the pads in the object's frame by sample and finger, as far as they are known.
 ///
 /// In order: contacts are debounced; samples with fewer than `min_fingers` in contact are
 /// regrasp or no grasp; a finger's time without contact is a step ([`GaitRow`]) if it was seen to lift and to set
@@ -39,7 +39,7 @@ use crate::events::{ContactSeries, runs};
 ///     .collect();
 /// let series = ContactSeries::new(samples, 100.0)?;
 /// let rules = ContactRules { tau_m: 0.005, min_fingers: 3, min_duration_s: 0.0, max_lift_s: 1.0 };
-/// let (phases, gaits) = phases(&series, &[], &rules)?;
+/// let (phases, gaits) = phases(&series, &|_, _| None, &rules)?;
 /// let kinds: Vec<_> = phases.iter().map(|p| (p.kind, p.samples.clone())).collect();
 /// assert_eq!(kinds, [
 ///     (PhaseKind::InGrasp, 0..4), (PhaseKind::FingerGaiting, 4..7), (PhaseKind::InGrasp, 7..10),
@@ -54,7 +54,7 @@ use crate::events::{ContactSeries, runs};
 /// a grasp of no finger or of more than five.
 pub fn phases(
     series: &ContactSeries,
-    pads: &[PerFinger<Option<Position<Object>>>],
+    pad: &dyn Fn(usize, Finger) -> Option<Position<Object>>,
     rules: &ContactRules,
 ) -> Result<(Vec<PhaseRow>, Vec<GaitRow>), ContactError> {
     let needed = rules.min_fingers;
@@ -67,7 +67,7 @@ pub fn phases(
 
     let mut gaits: Vec<GaitRow> = Finger::ALL
         .into_iter()
-        .flat_map(|finger| gaits_of(finger, &steady, &states, pads, rules))
+        .flat_map(|finger| gaits_of(finger, &steady, &states, pad, rules))
         .collect();
     gaits.sort_by_key(|gait| (gait.samples.start, gait.finger));
 
@@ -82,11 +82,10 @@ fn gaits_of(
     finger: Finger,
     series: &ContactSeries,
     states: &[Option<FingerSet>],
-    pads: &[PerFinger<Option<Position<Object>>>],
+    pad: &dyn Fn(usize, Finger) -> Option<Position<Object>>,
     rules: &ContactRules,
 ) -> Vec<GaitRow> {
     let contacts = series.contacts(finger);
-    let pad = |k: usize| pads.get(k).and_then(|pads| pads[finger]);
     (contacts.windows(2))
         .filter(|pair| pair[0].broken && pair[1].made)
         .map(|pair| pair[0].samples.end..pair[1].samples.start)
@@ -99,8 +98,8 @@ fn gaits_of(
             if states.iter().any(|state| state.len() < rules.min_fingers) {
                 return None;
             }
-            let step_m = pad(lift.start - 1)
-                .zip(pad(lift.end))
+            let step_m = pad(lift.start - 1, finger)
+                .zip(pad(lift.end, finger))
                 .map(|(from, to)| to.distance_m(from))
                 .filter(|m| m.is_finite());
             Some(GaitRow {

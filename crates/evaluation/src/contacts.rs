@@ -5,6 +5,8 @@
 //! distance. So a finger deeper inside the object than tau is not in contact, as it is not when it is
 //! farther outside: a method that puts fingers deep into the object does not score by it.
 
+use std::ops::Range;
+
 use inhand_contact::FingerOffsets;
 use inhand_model::{
     ContactShare, Finger, MethodRows, Motion, PerFinger, Pose, Shape, Statistics, TauShare,
@@ -99,29 +101,38 @@ pub(crate) fn distance_difference(
     Some(finger_statistics(&difference, &filled, counts))
 }
 
-/// Signed distance of each pad to the object's surface at each sample of a motion, metres, negative inside, as
+/// Signed distance of each pad to the object's surface at these samples of a motion, metres, negative inside, as
 /// [`recorded`](crate::recorded) measures it inside segments; NaN where the fingertip is missing. `None` at samples without the object, or without any fingertip. No sample at all where the motion has
 /// no object.
 pub fn motion_contacts(
     motion: &Motion,
+    samples: Range<usize>,
     shape: &Shape,
     settings: &EvaluationSettings,
 ) -> Vec<Option<PerFinger<f64>>> {
-    let Some(object) = &motion.object else {
+    if motion.object.is_none() {
         return Vec::new();
-    };
+    }
+    let contact = contact_at(motion, shape, settings);
+    samples.map(contact).collect()
+}
+
+/// The same of one sample.
+pub(crate) fn contact_at(
+    motion: &Motion,
+    shape: &Shape,
+    settings: &EvaluationSettings,
+) -> impl Fn(usize) -> Option<PerFinger<f64>> {
     let offsets = FingerOffsets(settings.finger_offsets_m);
-    (0..motion.len())
-        .map(|k| {
-            let object_from_hand = object.get(k).map(Pose::inverse)?;
-            let distance_m = PerFinger::from_fn(|finger| {
-                let tip = motion.fingertips[finger].get(k);
-                tip.map_or(f64::NAN, |tip| {
-                    offsets.pad_distance_m(shape, finger, object_from_hand * tip)
-                })
-            });
-            let known = distance_m.as_array().iter().any(|d| !d.is_nan());
-            known.then_some(distance_m)
-        })
-        .collect()
+    move |k| {
+        let object_from_hand = motion.object.as_ref()?.get(k).map(Pose::inverse)?;
+        let distance_m = PerFinger::from_fn(|finger| {
+            let tip = motion.fingertips[finger].get(k);
+            tip.map_or(f64::NAN, |tip| {
+                offsets.pad_distance_m(shape, finger, object_from_hand * tip)
+            })
+        });
+        let known = distance_m.as_array().iter().any(|d| !d.is_nan());
+        known.then_some(distance_m)
+    }
 }

@@ -6,12 +6,12 @@ use std::ops::Range;
 use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
     ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, FingerContactFacts, FingerSet,
-    GaitFacts, Motion, Object, PerFinger, PhaseFacts, Pose, Position, SegmentContacts, Shape,
-    StateFacts, StateRow, Status, TakeContacts, Trajectory, Transition, in_contact, runs,
+    GaitFacts, Motion, Object, PerFinger, PhaseFacts, Position, SegmentContacts, Shape, StateFacts,
+    StateRow, Status, TakeContacts, Trajectory, Transition, in_contact, runs,
 };
 use inhand_statistics::quantiles::statistics;
 
-use crate::contacts::motion_contacts;
+use crate::contacts::contact_at;
 use crate::input::{EvaluationSettings, TestData};
 use crate::instants::fingertips;
 use crate::method::usable;
@@ -54,14 +54,19 @@ pub fn contact_dynamics<'a>(
     let judge = |distance_m: &[PerFinger<f64>],
                  values_m: &(dyn Fn(usize) -> Option<&'a [f64]> + Sync)| {
         let segment_rows = |segment: usize| {
-            let instants = segment * layout.samples..(segment + 1) * layout.samples;
-            let judged = (distance_m, rules.tau_m);
-            Stretch::of_segment(recorded, instants, judged, values_m(segment)).rows(
-                shape,
-                layout.rate_hz,
-                rules,
-                false,
-            )
+            let first = segment * layout.samples;
+            let positions: Vec<_> = values_m(segment).into_iter().flat_map(fingertips).collect();
+            let stretch = Stretch {
+                touches: (first..first + layout.samples)
+                    .map(|k| distance_m[k].map(|distance_m| touches(distance_m, rules.tau_m)))
+                    .collect(),
+                pad: &|t, finger| {
+                    let object_from_hand = *recorded.object_from_hand.get(first + t)?;
+                    Some(object_from_hand? * positions.get(t)?[finger])
+                },
+                filled: &|t, finger| recorded.any_filled(first + t)[finger],
+            };
+            stretch.rows(shape, layout.rate_hz, rules, false)
         };
         inhand_parallel::try_up_to(data.segments.len(), segment_rows)
     };
@@ -110,84 +115,35 @@ pub fn contact_rows(
     settings: &EvaluationSettings,
     rules: &ContactRules,
 ) -> Result<Option<ContactRows>, ContactError> {
-    if motion.object.is_none() {
+    let Some(object) = &motion.object else {
         return Ok(None);
-    }
-    let stretch = Stretch::of_motion(motion, shape, settings, rules.tau_m);
+    };
+    let contact = contact_at(motion, shape, settings);
+    let touching = |k| contact(k).map(|distance_m| distance_m.map(|d| touches(d, rules.tau_m)));
+    let stretch = Stretch {
+        touches: (0..motion.len())
+            .map(|k| touching(k).unwrap_or_default())
+            .collect(),
+        pad: &|k, finger| Some(object.get(k)?.inverse() * motion.fingertips[finger].get(k)?),
+        filled: &|k, finger| {
+            let statuses = [object.status(k), motion.fingertips[finger].status(k)];
+            statuses.contains(&Status::Filled)
+        },
+    };
     let rows = stretch.rows(shape, motion.clock.rate_hz(), rules, true);
     rows.map(Some)
 }
 
 /// Fingertips and object over an interval of time, sample by sample.
-struct Stretch {
+struct Stretch<'a> {
     touches: Vec<PerFinger<Option<bool>>>,
-    /// In the object's frame.
-    pads: Vec<PerFinger<Option<Position<Object>>>>,
+    /// Position of a pad in the object's frame.
+    pad: &'a dyn Fn(usize, Finger) -> Option<Position<Object>>,
     /// Whether the fingertip or the object was filled.
-    filled: Vec<PerFinger<bool>>,
+    filled: &'a dyn Fn(usize, Finger) -> bool,
 }
 
-impl Stretch {
-    fn of_motion(
-        motion: &Motion,
-        shape: &Shape,
-        settings: &EvaluationSettings,
-        tau_m: f64,
-    ) -> Self {
-        let distances = motion_contacts(motion, shape, settings);
-        let object = motion.object.as_ref();
-        let touches = (distances.iter())
-            .map(|contact| {
-                let unknown = PerFinger::default();
-                contact.map_or(unknown, |distance_m| distance_m.map(|d| touches(d, tau_m)))
-            })
-            .collect();
-        let pads = (0..motion.len())
-            .map(|k| {
-                let object_from_hand = object.and_then(|track| track.get(k)).map(Pose::inverse);
-                PerFinger::from_fn(|finger| {
-                    Some(object_from_hand? * motion.fingertips[finger].get(k)?)
-                })
-            })
-            .collect();
-        let filled = (0..motion.len())
-            .map(|k| {
-                let object = object.is_some_and(|track| track.status(k) == Status::Filled);
-                PerFinger::from_fn(|finger| {
-                    object || motion.fingertips[finger].status(k) == Status::Filled
-                })
-            })
-            .collect();
-        Self {
-            touches,
-            pads,
-            filled,
-        }
-    }
-
-    /// The instants of one segment; `values_m` are its 15 N numbers, `None` where the plan failed.
-    fn of_segment(
-        recorded: &Recorded,
-        instants: Range<usize>,
-        (distance_m, tau_m): (&[PerFinger<f64>], f64),
-        values_m: Option<&[f64]>,
-    ) -> Self {
-        let positions: Vec<_> = values_m.into_iter().flat_map(fingertips).collect();
-        let pads = (instants.clone().enumerate())
-            .map(|(t, k)| {
-                let object_from_hand = recorded.object_from_hand.get(k).copied().flatten();
-                PerFinger::from_fn(|finger| Some(object_from_hand? * positions.get(t)?[finger]))
-            })
-            .collect();
-        Self {
-            touches: (instants.clone())
-                .map(|k| distance_m[k].map(|distance_m| touches(distance_m, tau_m)))
-                .collect(),
-            pads,
-            filled: instants.map(|k| recorded.any_filled(k)).collect(),
-        }
-    }
-
+impl Stretch<'_> {
     fn rows(
         self,
         shape: &Shape,
@@ -198,21 +154,22 @@ impl Stretch {
         let samples = self.touches.len();
         let series = ContactSeries::new(self.touches, rate_hz)?;
         let (phases, gaits) = if with_phases {
-            phases(&series, &self.pads, rules)?
+            phases(&series, self.pad, rules)?
         } else {
             Default::default()
         };
         let steady = series.debounced(rules.min_duration_s)?;
         let contacts = PerFinger::from_fn(|finger| {
-            let pads: Vec<_> = self.pads.iter().map(|pads| pads[finger]).collect();
+            let slip_m = |samples: &Range<usize>| {
+                let pads: Vec<_> = samples.clone().map(|k| (self.pad)(k, finger)).collect();
+                slip_m(shape, &pads)
+            };
             (steady.contacts(finger).into_iter())
                 .map(|contact| ContactRow {
                     made: contact.made,
                     broken: contact.broken,
-                    filled: contact.samples.clone().any(|k| self.filled[k][finger]),
-                    slip_m: (pads.get(contact.samples.clone()))
-                        .and_then(|pads| slip_m(shape, pads))
-                        .unwrap_or(f64::NAN),
+                    filled: contact.samples.clone().any(|k| (self.filled)(k, finger)),
+                    slip_m: slip_m(&contact.samples).unwrap_or(f64::NAN),
                     samples: contact.samples,
                 })
                 .collect()

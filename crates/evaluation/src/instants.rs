@@ -66,7 +66,13 @@ pub(crate) fn measure<'v>(
         .into_par_iter()
         .map_init(probes, segment_instants)
         .collect();
-    let mut all = Instants::default();
+    // A list that grows bit by bit would take up to twice its room.
+    let count = segments.len() * samples;
+    let mut all = Instants {
+        hull_distance_m: Vec::with_capacity(count),
+        nearest_pair: Vec::with_capacity(count),
+        distance_m: Vec::with_capacity(shape.map_or(0, |_| count)),
+    };
     for segment in segments {
         all.hull_distance_m.extend(segment.hull_distance_m);
         all.nearest_pair.extend(segment.nearest_pair);

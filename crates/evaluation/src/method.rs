@@ -53,7 +53,7 @@ pub fn evaluate_method(
         (method.corridors).map(|corridors| whole(corridors.mahalanobis, &trajectories, samples));
     let rows = MethodRows {
         name: method.name.to_owned(),
-        error_m: trajectories.iter().enumerate().flat_map(error_m).collect(),
+        error_m: joined(trajectories.iter().enumerate().map(error_m), counts.samples),
         distance_m: (recorded.rows.recorded_distance_m.as_ref()).map(|_| instants.distance_m),
         hull_distance_m: instants.hull_distance_m,
         nearest_pair_m: instants.nearest_pair.iter().map(|pair| pair.0).collect(),
@@ -110,9 +110,18 @@ pub(crate) fn usable(
 /// Every instant of every segment, NaN for those without.
 fn unfolded(segments: &[Option<&[PerFinger<f64>]>], samples: usize) -> Vec<PerFinger<f64>> {
     let unknown = vec![UNKNOWN; samples];
-    (segments.iter())
-        .flat_map(|instants| instants.unwrap_or(&unknown).to_vec())
-        .collect()
+    let of_segment = |instants: &Option<&[_]>| instants.unwrap_or(&unknown).to_vec();
+    joined(segments.iter().map(of_segment), samples)
+}
+
+/// The instants of all segments. A list that grows bit by bit would take up to twice its room.
+fn joined(
+    segments: impl ExactSizeIterator<Item = Vec<PerFinger<f64>>>,
+    samples: usize,
+) -> Vec<PerFinger<f64>> {
+    let mut joined = Vec::with_capacity(segments.len() * samples);
+    segments.for_each(|instants| joined.extend(instants));
+    joined
 }
 
 /// Parts of a method for each segment beside its trajectory, where that is there and both are whole.

@@ -41,6 +41,18 @@ pub struct PerProtocol<T> {
 }
 
 impl<T> PerProtocol<T> {
+    /// Calls `make` once for each protocol.
+    ///
+    /// # Errors
+    ///
+    /// The first that `make` gives.
+    pub fn try_from_fn<E>(mut make: impl FnMut(Protocol) -> Result<T, E>) -> Result<Self, E> {
+        Ok(Self {
+            published: make(Protocol::Published)?,
+            held_out: make(Protocol::HeldOut)?,
+        })
+    }
+
     /// References to both.
     pub const fn as_ref(&self) -> PerProtocol<&T> {
         PerProtocol {

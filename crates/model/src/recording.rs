@@ -232,6 +232,26 @@ pub struct RecordingError {
 }
 
 impl Recording {
+    /// A recording of nothing, for motion that was never recorded: metres, z up.
+    pub fn empty(name: &str, format: &str, clock: Clock, samples: usize) -> Self {
+        let source = Source {
+            format: format.to_owned(),
+            length_unit: LengthUnit::Metres,
+            up_axis: UpAxis::Z,
+            rotation: None,
+            header: BTreeMap::new(),
+        };
+        Self::new(
+            name.to_owned(),
+            clock,
+            source,
+            samples,
+            Vec::new(),
+            Vec::new(),
+        )
+        .expect("nothing has no other length")
+    }
+
     /// A recording of `samples` samples.
     ///
     /// # Errors

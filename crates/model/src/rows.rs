@@ -35,7 +35,7 @@ pub struct EvaluationRows {
 }
 
 /// The instants of one method.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MethodRows {
     /// Name, such as `prior`.
     pub name: String,
@@ -55,6 +55,19 @@ pub struct MethodRows {
     /// Mahalanobis distance of each recorded fingertip from the planned prediction region, no unit; `None` where the method
     /// plans none.
     pub mahalanobis: Option<Vec<PerFinger<f64>>>,
+}
+
+impl MethodRows {
+    /// The errors and distances alone, by which methods are compared; without the rest, which only tables show.
+    #[must_use]
+    pub fn compared(self) -> Self {
+        Self {
+            name: self.name,
+            error_m: self.error_m,
+            distance_m: self.distance_m,
+            ..Self::default()
+        }
+    }
 }
 
 impl EvaluationRows {

@@ -1,5 +1,8 @@
 //! A planned motion of five fingertips.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use crate::finger::Finger;
@@ -10,7 +13,8 @@ use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     layout: SegmentLayout,
-    values_m: Vec<f64>,
+    /// Plans and methods hold the same motion.
+    values_m: Arc<Vec<f64>>,
 }
 
 /// Why numbers do not make a trajectory.
@@ -56,7 +60,27 @@ impl Trajectory {
                 axis: coordinate % 3,
             });
         }
-        Ok(Self { layout, values_m })
+        Ok(Self {
+            layout,
+            values_m: values_m.into(),
+        })
+    }
+
+    /// The motion of some of the samples.
+    ///
+    /// # Panics
+    ///
+    /// If there are no such samples.
+    #[must_use]
+    pub fn slice(&self, samples: Range<usize>) -> Self {
+        let numbers = SEGMENT_COORDINATES * samples.start..SEGMENT_COORDINATES * samples.end;
+        Self {
+            layout: SegmentLayout {
+                samples: samples.len(),
+                ..self.layout
+            },
+            values_m: self.values_m[numbers].to_vec().into(),
+        }
     }
 
     /// Samples and rate.

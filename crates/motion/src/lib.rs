@@ -96,7 +96,7 @@ pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;
 pub use process::{in_hand, process, smooth, to_hand_frame, with_hand};
-pub use segments::{Cut, Starts, cut_segments, cut_some};
+pub use segments::{Cut, FoundSegments, Starts, cut_segments, cut_some};
 pub use settings::{EndsRule, Filter, GapFill, ProcessSettings, SegmentSettings, gap_samples};
 pub use spectrum::Welch;
 pub use table::SegmentTable;

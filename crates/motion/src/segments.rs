@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use inhand_model::{
     EndConditions, Finger, Hand, Motion, OBJECT_COORDINATES, Object, Pose, Protocol,
-    ROTATION_LEVER_M, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, runs,
+    ROTATION_LEVER_M, SegmentLayout, SegmentOrigin, Segments, runs,
 };
 use nalgebra::{DMatrix, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -74,35 +74,81 @@ pub fn cut_some(
     settings: &SegmentSettings,
     which: impl FnOnce(usize) -> Vec<usize>,
 ) -> Result<Segments, MotionError> {
-    check_rates(motions, settings)?;
-    let cut = Cut::new(settings)?;
-    let tables: Vec<SegmentTable> = (motions.par_iter())
-        .map(|motion| SegmentTable::from_motion(motion))
-        .collect();
+    let found = FoundSegments::new(motions, settings)?;
+    let which = which(found.origins().len());
+    Ok(found.segments(which))
+}
 
-    let mut every = Vec::new();
-    let mut left_out = 0;
-    for (take, table) in tables.iter().enumerate() {
-        let starts = cut.starts(table);
-        left_out += starts.left_out;
-        every.extend((starts.starts.into_iter()).map(|start| SegmentOrigin { take, start }));
+/// Places of the segments of [`cut_segments`], whose samples stay in the motions until they are wanted: segments of a long
+/// take can be worked on some at a time.
+#[derive(Clone, Debug)]
+pub struct FoundSegments {
+    tables: Vec<SegmentTable>,
+    cut: Cut,
+    origins: Vec<SegmentOrigin>,
+    /// Segments that takes without gaps would have given in addition.
+    pub left_out: usize,
+}
+
+impl FoundSegments {
+    /// Finds the segments of motions.
+    ///
+    /// # Errors
+    ///
+    /// As for [`cut_segments`].
+    pub fn new(motions: &[&Motion], settings: &SegmentSettings) -> Result<Self, MotionError> {
+        check_rates(motions, settings)?;
+        let cut = Cut::new(settings)?;
+        let tables: Vec<_> = (motions.iter())
+            .map(|motion| SegmentTable::from_motion(motion))
+            .collect();
+        let starts: Vec<Starts> = tables.par_iter().map(|table| cut.starts(table)).collect();
+        let origins = starts.iter().enumerate().flat_map(|(take, starts)| {
+            let starts = starts.starts.iter();
+            starts.map(move |&start| SegmentOrigin { take, start })
+        });
+        Ok(Self {
+            tables,
+            cut,
+            origins: origins.collect(),
+            left_out: starts.iter().map(|starts| starts.left_out).sum(),
+        })
     }
-    let origins: Vec<_> = (which(every.len()).into_iter())
-        .map(|segment| every[segment])
-        .collect();
-    let rows = settings.layout.rows();
-    let mut columns_m = vec![0.0; rows * origins.len()];
-    columns_m
-        .par_chunks_mut(rows)
-        .zip(&origins)
-        .for_each(|(column, origin)| cut.fill(&tables[origin.take], origin.start, column));
-    let ends = (origins.iter())
-        .map(|origin| cut.ends(&tables[origin.take], origin.start))
-        .collect();
-    let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
-    let segments = Segments::new(settings.layout, columns_m, origins, ends, left_out)
-        .expect("a column, an origin and end conditions were made for each segment");
-    Ok(segments.under(cut.protocol))
+
+    /// Where each segment is.
+    pub fn origins(&self) -> &[SegmentOrigin] {
+        &self.origins
+    }
+
+    /// Shape of each segment.
+    pub fn layout(&self) -> SegmentLayout {
+        self.cut.layout
+    }
+
+    /// Cuts the segments of these numbers, in this order.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    pub fn segments(&self, which: impl IntoIterator<Item = usize>) -> Segments {
+        let cut = &self.cut;
+        let origins: Vec<_> = (which.into_iter())
+            .map(|segment| self.origins[segment])
+            .collect();
+        let rows = cut.layout.rows();
+        let mut columns_m = vec![0.0; rows * origins.len()];
+        columns_m
+            .par_chunks_mut(rows)
+            .zip(&origins)
+            .for_each(|(column, origin)| cut.fill(&self.tables[origin.take], origin.start, column));
+        let ends = (origins.iter())
+            .map(|origin| cut.ends(&self.tables[origin.take], origin.start))
+            .collect();
+        let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
+        let segments = Segments::new(cut.layout, columns_m, origins, ends, self.left_out)
+            .expect("a column, an origin and end conditions were made for each segment");
+        segments.under(cut.protocol)
+    }
 }
 
 fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), MotionError> {
@@ -249,15 +295,12 @@ impl Cut {
     pub fn fill(&self, table: &SegmentTable, start: usize, column_m: &mut [f64]) {
         let samples = start..start + self.layout.samples;
         let (fingers, object_m) = column_m.split_at_mut(self.layout.finger_rows());
-        for (configuration, k) in fingers
-            .chunks_exact_mut(SEGMENT_COORDINATES)
-            .zip(samples.clone())
-        {
-            configuration.copy_from_slice(&table.configuration_m(k));
+        let configurations = fingers.as_chunks_mut().0.iter_mut();
+        for (configuration, k) in configurations.zip(samples.clone()) {
+            *configuration = table.configuration_m(k);
         }
         if self.layout.object {
-            let poses: Vec<_> = samples.filter_map(|k| table.object_at(k)).collect();
-            fill_object(object_m, &poses);
+            fill_object(object_m, samples.map_while(|k| table.object_at(k)));
         }
     }
 
@@ -345,22 +388,16 @@ impl Cut {
 /// each further sample takes the one nearest to the sample before, so that a steady turn is a
 /// straight line beyond half a turn too. Near a whole turn the axis of what is left is lost in noise
 /// and the vector with it, as for any three numbers that stand for a rotation.
-fn fill_object(rows_m: &mut [f64], poses: &[Pose<Hand, Object>]) {
-    let Some(first) = poses.first() else {
-        return;
-    };
-    let back = first.isometry().rotation.inverse();
+fn fill_object(rows_m: &mut [f64], poses: impl Iterator<Item = Pose<Hand, Object>>) {
+    let mut back = None;
     let mut turned = Vector3::zeros();
-    for (k, (row, pose)) in (rows_m
-        .as_chunks_mut::<OBJECT_COORDINATES>()
-        .0
-        .iter_mut()
-        .zip(poses))
-    .enumerate()
-    {
+    let rows = rows_m.as_chunks_mut::<OBJECT_COORDINATES>().0;
+    for (row, pose) in rows.iter_mut().zip(poses) {
         let [x, y, z] = pose.origin().to_array();
-        if k > 0 {
-            turned = nearest_rotation_vector(pose.isometry().rotation * back, turned);
+        let rotation = pose.isometry().rotation;
+        match back {
+            None => back = Some(rotation.inverse()),
+            Some(back) => turned = nearest_rotation_vector(rotation * back, turned),
         }
         let [a, b, c]: [f64; 3] = (turned * ROTATION_LEVER_M).into();
         *row = [x, y, z, a, b, c];

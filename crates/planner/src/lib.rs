@@ -93,6 +93,7 @@ mod completion;
 mod equality;
 mod error;
 mod explain;
+mod hold;
 mod interior_point;
 mod method;
 mod model;
@@ -110,6 +111,7 @@ mod target_values;
 
 pub use chain::{Chain, Knot, plan_chain, replan};
 pub use error::PlanError;
+pub use hold::Hold;
 pub use method::{Backend, Method};
 pub use object::{held_fingers, object_between};
 pub use outcome::worst_hull_distance_m;

@@ -86,7 +86,8 @@ pub use settings::{
 pub use stored::{StoredEvaluation, StoredRows, evaluate_stored, generated_by};
 pub use take::{Cleaning, Take, check_rates, hash_take, read, read_clean, read_session};
 pub use take_file::{
-    GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
+    GeneratedMotion, MotionSource, TakeContents, TakeGenerators, write as write_take,
+    write_parts as write_take_parts,
 };
 pub use verify::{InputFiles, Verified, verifiable, verify};
 pub use view::{Viewed, ViewedKind, add_views};

@@ -186,7 +186,8 @@ impl LongTake {
                 // Rows are parsed while those before them are written.
                 let (sender, receiver) = sync_channel(BLOCKS_AHEAD);
                 let reader = scope.spawn(move || self.blocks(|block| sender.send(block).is_ok()));
-                let written = receiver.iter().try_for_each(|block| writer.append(&block));
+                let written =
+                    (receiver.iter()).try_for_each(|block| writer.append(&TakeFile::new(&block)));
                 // A reader that still has blocks stops when nobody takes them.
                 drop(receiver);
                 let read = reader

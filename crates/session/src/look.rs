@@ -73,7 +73,7 @@ fn take_look(
         recording: &take.recording,
         roles: take.roles()?,
         motion,
-        distances_m: &steps::contacts(motion, settings)?,
+        distances_m: &steps::contacts(motion, 0..motion.len(), settings)?,
         train,
     };
     TakeLook::new(&seen, &limits(settings)?).during(format_args!("looking at {}", take.name))

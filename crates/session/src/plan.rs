@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile, Views};
 use inhand_contact::hull_distance_m;
 use inhand_model::{
-    Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Protocol, Provenance,
-    Recording, SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
+    Clock, Dictionary, Finger, Hull, ObjectEnds, PerFinger, Plan, Protocol, Provenance, Recording,
+    SEGMENT_COORDINATES, SegmentLayout, StartTime, Trajectory,
 };
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
@@ -15,7 +15,7 @@ use crate::error::{SessionError, invalid};
 use crate::hand_state::HandState;
 use crate::methods::Method;
 use crate::settings::Settings;
-use crate::steps::{Hold, hold_settings, plan_error, planner};
+use crate::steps::{hold_settings, plan_error, planner};
 use crate::take_file::write_parts;
 
 /// What to plan.
@@ -267,7 +267,7 @@ fn target(
 fn holding(
     request: &PlanRequest,
     layout: SegmentLayout,
-    hold: &Hold,
+    hold: &inhand_planner::Hold,
 ) -> Result<Holding, SessionError> {
     let known = |state: &HandState| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
@@ -321,6 +321,7 @@ pub fn write_plan(
         .collect();
     let generated = [GeneratedMethod {
         name: planned.method.name(),
+        plans: true,
         segments: &segments,
     }];
     let recording = empty_recording(whole.layout().rate_hz, samples);
@@ -342,14 +343,7 @@ fn parts(whole: &Trajectory, planned: &Planned) -> Vec<(usize, Trajectory)> {
             // A joint belongs to the segment before.
             let first = if segment == 0 { 0 } else { segment * steps + 1 };
             let end = ((segment + 1) * steps).min(last) + 1;
-            let layout = SegmentLayout {
-                samples: end - first,
-                ..whole.layout()
-            };
-            let numbers = first * SEGMENT_COORDINATES..end * SEGMENT_COORDINATES;
-            let values_m = whole.values_m()[numbers].to_vec();
-            let piece = Trajectory::new(layout, values_m);
-            (first, piece.expect("a piece of a trajectory is one"))
+            (first, whole.slice(first..end))
         })
         .collect()
 }
@@ -357,20 +351,5 @@ fn parts(whole: &Trajectory, planned: &Planned) -> Vec<(usize, Trajectory)> {
 fn empty_recording(rate_hz: f64, samples: usize) -> Recording {
     let clock =
         Clock::new(0, StartTime::Unknown, rate_hz).expect("dictionaries have a positive rate");
-    let source = Source {
-        format: "inhand plan".to_owned(),
-        length_unit: LengthUnit::Metres,
-        up_axis: UpAxis::Z,
-        rotation: None,
-        header: std::collections::BTreeMap::new(),
-    };
-    Recording::new(
-        "plan".to_owned(),
-        clock,
-        source,
-        samples,
-        Vec::new(),
-        Vec::new(),
-    )
-    .expect("a recording of nothing has nothing of another length")
+    Recording::empty("plan", "inhand plan", clock, samples)
 }

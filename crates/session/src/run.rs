@@ -320,10 +320,7 @@ impl<'a> Run<'a> {
             let of = (Role::Test, protocol);
             steps::segments(&test_motions[protocol], of, object, settings)
         };
-        let test = PerProtocol {
-            published: test(Protocol::Published)?,
-            held_out: test(Protocol::HeldOut)?,
-        };
+        let test = PerProtocol::try_from_fn(test)?;
         let name = &self.session.name;
         let facts = steps::session_facts(name, &results, Some(&train), &test.published, settings);
         (self.watch.borrow_mut())(Event::Took(&facts));
@@ -397,10 +394,7 @@ impl<'a> Run<'a> {
             methods.iter().map(generate).collect()
         };
         self.time("generate", || {
-            Ok(PerProtocol {
-                published: by_each(&cut.test.published)?,
-                held_out: by_each(&cut.test.held_out)?,
-            })
+            PerProtocol::try_from_fn(|protocol| by_each(&cut.test[protocol]))
         })
     }
 

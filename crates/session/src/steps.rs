@@ -11,7 +11,7 @@ use inhand_model::{
     TakeQuality,
 };
 use inhand_motion::{
-    Cut, EndsRule, SegmentSettings, SegmentTable, Templates, cut_segments, fit_templates_to,
+    Cut, EndsRule, FoundSegments, SegmentSettings, SegmentTable, Templates, fit_templates_to,
     smooth, to_hand_frame, with_hand,
 };
 
@@ -32,8 +32,8 @@ mod shown;
 
 pub use choose::{choice, choose_method, learn_and_choose, settled_methods};
 use generate::velocity_bounds;
-pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
-pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
+pub use generate::{Generated, Generator, SegmentCorridors, generate, plan_settings};
+pub(crate) use generate::{hold_settings, plan_error, planner};
 pub use held_out::{HeldOutResult, ProtocolRows, filter_moves, held_out};
 pub use illustrate::{Illustrated, illustrate};
 pub(crate) use intervals::SEED;
@@ -241,23 +241,30 @@ pub fn segments_object(
 /// [`SessionError::At`] where the motions do not go together.
 pub fn segments(
     motions: &[&Motion],
-    (role, protocol): (Role, Protocol),
+    of: (Role, Protocol),
     object: bool,
     settings: &Settings,
 ) -> Result<Segments, SessionError> {
-    let mut segment_settings = segment_settings(motions, (role, protocol), settings);
-    segment_settings.layout.object = object;
-    cut_segments(motions, &segment_settings)
-        .during(format_args!("processing {} takes", role.name()))
+    let found = found_segments(motions, of, object, settings)?;
+    Ok(found.segments(0..found.origins().len()))
 }
 
-fn segment_settings(
+/// Where these segments are; they are cut some at a time.
+///
+/// # Errors
+///
+/// As [`segments`].
+pub fn found_segments(
     motions: &[&Motion],
     of: (Role, Protocol),
+    object: bool,
     settings: &Settings,
-) -> SegmentSettings {
+) -> Result<FoundSegments, SessionError> {
     let rate_hz = motions.first().map_or(1.0, |motion| motion.clock.rate_hz());
-    cut_settings(SegmentLayout::one_second(rate_hz), of, settings)
+    let mut segment_settings = cut_settings(SegmentLayout::one_second(rate_hz), of, settings);
+    segment_settings.layout.object = object;
+    FoundSegments::new(motions, &segment_settings)
+        .during(format_args!("processing {} takes", of.0.name()))
 }
 
 /// How takes of a role are cut into segments of a layout under a protocol.
@@ -355,6 +362,16 @@ pub fn evaluation_rows(comparison: &Comparison<'_>, methods: Vec<MethodRows>) ->
     EvaluationRows {
         methods,
         ..comparison.recorded.rows.clone()
+    }
+}
+
+impl Comparison<'_> {
+    /// As [`evaluation_rows`], of a comparison that is over.
+    pub fn into_rows(self, methods: Vec<MethodRows>) -> EvaluationRows {
+        EvaluationRows {
+            methods,
+            ..self.recorded.rows
+        }
     }
 }
 

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use inhand_channels::{
-    ChannelError, EvaluatedMethod, ReadMethod, evaluated_of_source, generated_of_source,
+    ChannelError, EvaluatedMethod, ReadMethod, ReadSegments, evaluated_of_source,
+    generated_of_source, segments_of_source,
 };
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol, Provenance,
-    SegmentLayout, SegmentOrigin, Segments, Trajectory,
+    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, MethodEvaluation, Motion, Plan,
+    Protocol, Provenance, SegmentOrigin, Segments,
 };
 
 use crate::dictionary_file::DictionaryFile;
@@ -15,7 +16,7 @@ use crate::error::{Located, SessionError};
 use crate::files::{FileSource, open_take};
 use crate::methods::Method;
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
+use crate::steps::{self, Generated, Generator, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::Take;
 
 /// An evaluation of stored trajectories, and what it is made of under each protocol.
@@ -23,9 +24,9 @@ use crate::take::Take;
 pub struct StoredEvaluation {
     /// The numbers.
     pub evaluation: Evaluation,
-    /// What those of the published protocol are made of.
-    pub published: StoredRows,
-    /// The same of the held-out protocol; `None` for takes without trajectories of it.
+    /// What those of the published protocol are made of; `None` unless asked for.
+    pub published: Option<StoredRows>,
+    /// The same of the held-out protocol; `None` also for takes without trajectories of it.
     pub held_out: Option<StoredRows>,
     /// The settings that they are made by: those given, with the segments of the step that generated the trajectories.
     pub settings: Settings,
@@ -50,7 +51,8 @@ impl StoredRows {
     }
 }
 
-/// Compares the trajectories stored in takes with the motion recorded there.
+/// Compares the trajectories stored in takes with the motion recorded there. The rows of all instants are kept for
+/// `tables`; without, memory is that of one protocol. Takes keep their facts and lose their samples.
 ///
 /// # Errors
 ///
@@ -60,6 +62,7 @@ pub fn evaluate_stored(
     takes: &mut [Take],
     dictionary: &DictionaryFile,
     settings: &Settings,
+    tables: bool,
 ) -> Result<StoredEvaluation, SessionError> {
     for take in &*takes {
         check_dictionary(take, dictionary)?;
@@ -68,11 +71,15 @@ pub fn evaluate_stored(
     let effective = as_generated(takes, settings)?;
     let settings = &effective;
     steps::used(&*takes, settings)?;
-    let (mut motions, takes) = (steps::motions(takes, settings)?, &*takes);
+    let mut motions = steps::motions(takes, settings)?;
     let of = Protocol::Published;
     let test = stored_segments(takes, &mut motions.published, of, dictionary, settings)?;
+    let mut evaluation = of_takes(takes, &motions.published, &test, dictionary, settings)?;
+    // The rest rests on motion: samples as recorded only take memory.
+    takes.iter_mut().for_each(without_samples);
+    let takes = &*takes;
     let motion_refs: Vec<_> = motions.published.iter().collect();
-    let generated = stored_methods(takes, &test, dictionary, settings)?.ok_or_else(|| {
+    let mut generated = stored_methods(takes, &test, dictionary, settings)?.ok_or_else(|| {
         let first = takes
             .first()
             .map_or(Path::new("the takes"), |take| &take.path);
@@ -82,13 +89,53 @@ pub fn evaluate_stored(
         )
     })?;
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
-    let (methods, rows): (_, Vec<_>) = generated
-        .iter()
-        .map(|g| steps::evaluate(&comparison, g))
-        .unzip();
+    let evaluate = |generated: &mut Generated| {
+        let (method, rows) = steps::evaluate(&comparison, generated);
+        // From here on trajectories are enough.
+        (generated.plans, generated.corridors) = (None, None);
+        (method, if tables { rows } else { rows.compared() })
+    };
+    let (methods, rows): (Vec<MethodEvaluation>, Vec<_>) =
+        generated.iter_mut().map(evaluate).unzip();
     let motion = steps::motion_analysis(&comparison, &generated, &rows, None, settings)?;
-    let rows = steps::evaluation_rows(&comparison, rows);
-    let results: Vec<_> = (takes.iter().zip(&motions.published))
+    generated.truncate(if tables { usize::MAX } else { 0 });
+    let rows = comparison.into_rows(rows);
+    if let Some(first) = methods.first() {
+        evaluation.default_method.clone_from(&first.name);
+    }
+    evaluation.methods = methods;
+    evaluation.movement = Some(motion.movement);
+    evaluation.contacts = motion.contacts;
+    evaluation.intervals = steps::intervals(&evaluation.methods, &rows, settings)?;
+    let unfiltered: Vec<_> = motions.held_out.iter().collect();
+    evaluation.filter_moves = steps::filter_moves(&test, &unfiltered, settings);
+    // Without tables nothing of this protocol is left when the other one comes.
+    motions.published = Vec::new();
+    let published = tables.then_some(StoredRows {
+        rows,
+        segments: test,
+        generated,
+    });
+    let held_out = held_out(takes, &mut motions.held_out, dictionary, settings, tables)?;
+    let (held_out, held_out_rows) = held_out.unzip();
+    evaluation.held_out = held_out;
+    Ok(StoredEvaluation {
+        evaluation,
+        published,
+        held_out: held_out_rows.filter(|_| tables),
+        settings: effective,
+    })
+}
+
+/// What an evaluation says of takes, without methods.
+fn of_takes(
+    takes: &[Take],
+    motions: &[Motion],
+    test: &Segments,
+    dictionary: &Dictionary,
+    settings: &Settings,
+) -> Result<Evaluation, SessionError> {
+    let results: Vec<_> = (takes.iter().zip(motions))
         .map(|(take, motion)| TakeResult {
             take,
             motion,
@@ -97,28 +144,22 @@ pub fn evaluate_stored(
         .collect();
     let names: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
     let name = settings.name.clone().unwrap_or_else(|| names.join(", "));
-    let segments = (None, &test);
-    let mut evaluation = steps::assemble(&name, &results, segments, dictionary, methods, settings)?;
-    evaluation.movement = Some(motion.movement);
-    evaluation.contacts = motion.contacts;
-    evaluation.intervals = steps::intervals(&evaluation.methods, &rows, settings)?;
-    let unfiltered: Vec<_> = motions.held_out.iter().collect();
-    evaluation.filter_moves = steps::filter_moves(&test, &unfiltered, settings);
-    drop(unfiltered);
-    let held_out = held_out(takes, &mut motions.held_out, dictionary, settings)?;
-    let (held_out, held_out_rows) = held_out.unzip();
-    evaluation.held_out = held_out;
-    let published = StoredRows {
-        rows,
-        segments: test,
-        generated,
-    };
-    Ok(StoredEvaluation {
-        evaluation,
-        published,
-        held_out: held_out_rows,
-        settings: effective,
-    })
+    steps::assemble(
+        &name,
+        &results,
+        (None, test),
+        dictionary,
+        Vec::new(),
+        settings,
+    )
+}
+
+/// Drops what was recorded of a take.
+fn without_samples(take: &mut Take) {
+    take.recording = take.recording.slice(0..0);
+    if let Some(cleaning) = &mut take.cleaning {
+        cleaning.measured = cleaning.measured.slice(0..0);
+    }
 }
 
 /// The same under the held-out protocol; `None` for takes without trajectories of it.
@@ -127,6 +168,7 @@ fn held_out(
     motions: &mut [Motion],
     dictionary: &Dictionary,
     settings: &Settings,
+    tables: bool,
 ) -> Result<Option<(HeldOutEvaluation, StoredRows)>, SessionError> {
     let test = stored_segments(takes, motions, Protocol::HeldOut, dictionary, settings)?;
     let Some(generated) = stored_methods(takes, &test, dictionary, settings)? else {
@@ -134,7 +176,7 @@ fn held_out(
     };
     let motions: Vec<_> = motions.iter().collect();
     let HeldOutResult { evaluation, rows } =
-        steps::held_out(&test, &motions, dictionary, &generated, settings)?;
+        steps::held_out(&test, &motions, dictionary, &generated, tables, settings)?;
     let rows = StoredRows {
         rows,
         segments: test,
@@ -234,19 +276,29 @@ fn stored_methods(
     dictionary: &Dictionary,
     settings: &Settings,
 ) -> Result<Option<Vec<Generated>>, SessionError> {
-    let read = |take| read_methods(take, test.protocol());
-    let stored = takes.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let Some(first) = stored
-        .first()
-        .filter(|_| stored.iter().all(|s| !s.is_empty()))
-    else {
-        return Ok(None);
+    let read = |(index, take): (usize, &Take)| {
+        let of_take = test.origins().iter().filter(|origin| origin.take == index);
+        let starts: Vec<usize> = of_take.map(|origin| origin.start).collect();
+        let (protocol, layout) = (test.protocol(), test.layout());
+        let read = |source: &mut FileSource| segments_of_source(source, protocol, &starts, layout);
+        read_stored(take, read)
     };
-    let generated = first.iter().map(|method| {
-        let mut generated = join_takes(&method.name, takes, &stored, test)?;
+    let stored = takes.iter().enumerate().map(read);
+    let mut stored = stored.collect::<Result<Vec<_>, _>>()?;
+    if stored.is_empty() || stored.iter().any(Vec::is_empty) {
+        return Ok(None);
+    }
+    let names: Vec<String> = stored[0].iter().map(|m| m.name.clone()).collect();
+    let generated = names.iter().map(|name| {
+        let own = stored.iter_mut().map(|methods| {
+            let place = methods.iter().position(|method| method.name == *name)?;
+            Some(methods.remove(place))
+        });
+        let mut generated = join_takes(name, takes, own, test)?;
         if let Some(plans) = &generated.plans {
             let method = generated.method;
-            generated.corridors = steps::corridors_of(method, dictionary, test, plans, settings)?;
+            let generator = Generator::new(method, dictionary, test.protocol(), settings)?;
+            generated.corridors = generator.corridors(test, plans)?;
         }
         Ok(generated)
     });
@@ -285,30 +337,31 @@ fn read_stored<T>(
 fn join_takes(
     name: &str,
     takes: &[Take],
-    stored: &[Vec<ReadMethod>],
+    stored: impl Iterator<Item = Option<ReadSegments>>,
     test: &Segments,
 ) -> Result<Generated, SessionError> {
     let method: Method = name.parse()?;
     let mut trajectories = Vec::with_capacity(test.len());
     let mut plans = Vec::with_capacity(test.len());
-    for origin in test.origins() {
-        let take = &takes[origin.take];
-        let Some(stored) = stored[origin.take]
-            .iter()
-            .find(|stored| stored.name == name)
-        else {
+    for (index, (take, stored)) in takes.iter().zip(stored).enumerate() {
+        let has_segments = test.origins().iter().any(|origin| origin.take == index);
+        let Some(stored) = stored else {
+            if !has_segments {
+                continue;
+            }
             return Err(take.error(format!(
                 "no {} trajectories by {name}, which other takes have",
                 test.protocol().title()
             )));
         };
-        let trajectory = trajectory(stored, origin.start, test.layout());
-        let plan = stored.plans.get(&origin.start).cloned();
-        plans.push(plan.map(|plan| Plan {
-            trajectory: trajectory.clone(),
-            ..plan
+        let parts = stored.plans.into_iter().zip(&stored.trajectories);
+        plans.extend(parts.map(|(plan, trajectory)| {
+            Some(Plan {
+                trajectory: trajectory.clone(),
+                ..plan?
+            })
         }));
-        trajectories.push(trajectory);
+        trajectories.extend(stored.trajectories);
     }
     if !test.is_empty() && trajectories.iter().all(Option::is_none) {
         let message = format!(
@@ -318,26 +371,9 @@ fn join_takes(
         );
         return Err(takes[0].error(message));
     }
-    let plans = plans.into_iter().collect();
     Ok(Generated {
-        method,
         trajectories,
-        plans,
-        plan_times: Vec::new(),
-        corridors: None,
+        plans: plans.into_iter().collect(),
+        ..Generated::new(method)
     })
-}
-
-/// The generated motion over one segment, if it covers it.
-fn trajectory(stored: &ReadMethod, start: usize, layout: SegmentLayout) -> Option<Trajectory> {
-    let samples = start..start + layout.samples;
-    let configurations: Vec<_> = stored
-        .configurations_m
-        .range(samples)
-        .map(|(_, c)| *c)
-        .collect();
-    if configurations.len() < layout.samples {
-        return None;
-    }
-    Trajectory::new(layout, configurations.concat()).ok()
 }

@@ -1,22 +1,27 @@
 //! Writes the file of a take.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 
 use inhand_channels::{
-    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
-    TakeFile, Views,
+    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, Outline, RECORDED, TakeFile,
+    TakeSegments, TakeWriter, Views,
 };
 use inhand_model::{
     Hull, MethodRows, Motion, PerFinger, PerProtocol, Protocol, Provenance, Segments,
 };
+use inhand_motion::FoundSegments;
 
 use crate::error::{Located, SessionError};
 use crate::found_events;
 use crate::output;
 use crate::settings::Settings;
-use crate::steps::{self, Generated};
+use crate::steps::{self, Generated, Generator};
 use crate::take::Take;
+
+/// Seconds that are written at a time: what methods make of them is in memory.
+const BLOCK_S: f64 = 64.0;
 
 /// Everything that was made of a take.
 #[derive(Clone, Copy, Debug)]
@@ -25,12 +30,23 @@ pub struct TakeContents<'a> {
     pub take: &'a Take,
     /// Its motion.
     pub motion: &'a Motion,
-    /// What was generated for it.
-    pub generated: Option<GeneratedMotion<'a>>,
+    /// What methods generate for it.
+    pub generated: Option<MotionSource<'a>>,
+    /// Where each fingertip has been in training, drawn beside what is generated.
+    pub hulls: Option<&'a PerFinger<Hull>>,
     /// The step that made it all.
     pub made: &'a Provenance,
     /// What was set: the shape of the object, and what counts as contact.
     pub settings: &'a Settings,
+}
+
+/// Source of the motion that methods generate.
+#[derive(Clone, Copy, Debug)]
+pub enum MotionSource<'a> {
+    /// Generated before.
+    Memory(GeneratedMotion<'a>),
+    /// Generated while it is written, so that memory does not grow with the take.
+    Generators(&'a TakeGenerators<'a>),
 }
 
 /// What was generated for one take.
@@ -46,50 +62,73 @@ pub struct GeneratedMotion<'a> {
     pub rows: &'a [MethodRows],
     /// Methods that are written, by name; `None` for all.
     pub written: Option<&'a BTreeSet<&'a str>>,
-    /// Where each fingertip has been in training.
-    pub hulls: &'a PerFinger<Hull>,
 }
 
-/// Writes the file of a take: what was recorded, processed, generated and evaluated.
+/// Methods that generate motion for one take.
+#[derive(Debug)]
+pub struct TakeGenerators<'a> {
+    /// Test segments under each protocol.
+    pub segments: PerProtocol<FoundSegments>,
+    /// The methods.
+    pub generators: PerProtocol<Vec<Generator<'a>>>,
+}
+
+/// Writes the file of a take: what was recorded, processed, generated and evaluated. Returns for each published method
+/// how many segments are without a trajectory.
 ///
 /// # Errors
 ///
 /// [`SessionError`]; then no file appears.
-pub fn write(path: &Path, contents: &TakeContents<'_>, views: Views) -> Result<(), SessionError> {
+pub fn write(
+    path: &Path,
+    contents: &TakeContents<'_>,
+    views: Views,
+) -> Result<Vec<usize>, SessionError> {
     let TakeContents { take, settings, .. } = *contents;
     take.roles()?;
-    let motion = contents.generated.as_ref();
-    let segments = Protocol::ALL
-        .map(|protocol| motion.map_or_else(Vec::new, |motion| motion.generated_segments(protocol)));
-    let [generated, held_out] = segments.each_ref().map(|segments| {
-        let methods = segments
-            .iter()
-            .map(|(name, segments)| GeneratedMethod { name, segments });
-        methods.collect::<Vec<_>>()
-    });
+    let source = contents.generated.as_ref();
     let annotations = found_events::with_found(&take.annotations, contents.motion, settings)?;
-    let tau_m = settings.evaluate.tau_mm / 1000.0;
-    let of_methods = (motion.iter()).flat_map(|motion| {
-        let judged = motion.generated.published.iter().zip(motion.rows);
-        (judged.filter(|(g, _)| motion.writes(g))).map(|(g, rows)| EvaluatedMethod {
-            name: g.method.name().to_owned(),
-            samples: motion.evaluated_samples(rows, tau_m),
-        })
-    });
-    let recorded = recorded_contacts(contents.motion, settings)?;
-    let evaluated: Vec<_> = recorded.into_iter().chain(of_methods).collect();
     let provenance = take.made_by(contents.made);
-    let file = TakeFile {
-        motion: Some(contents.motion),
-        generated: &generated,
-        held_out: &held_out,
-        evaluated: &evaluated,
-        object_shape: settings.shape()?,
-        hulls: motion.map(|motion| motion.hulls),
-        annotations: Some(&annotations),
-        ..take.file(&provenance)
-    };
-    write_parts(path, &file, views)
+    let mut kinds = evaluated(contents, &(0..0))?;
+    for samples in blocks(contents.motion) {
+        let more = evaluated(contents, &samples)?;
+        (kinds.iter_mut().zip(&more)).for_each(|(method, more)| method.add_kinds(more));
+    }
+    // Before the first sample only the names of methods are needed.
+    MotionSource::block(source, &(0..0), |[generated, held_out], mut lost| {
+        let file = TakeFile {
+            motion: Some(contents.motion),
+            generated,
+            held_out,
+            evaluated: &kinds,
+            object_shape: settings.shape()?,
+            hulls: contents.hulls,
+            annotations: Some(&annotations),
+            ..take.file(&provenance)
+        };
+        let outline = Outline::new(file.used()).with_findings(file.recording.findings.clone());
+        output::write_atomic(path, |out| {
+            let mut writer = TakeWriter::begin(out, &file, &outline, views).in_file(path)?;
+            for samples in blocks(contents.motion) {
+                let recording = take.recording.slice(samples.clone());
+                let evaluated = evaluated(contents, &samples)?;
+                MotionSource::block(source, &samples, |[generated, held_out], more| {
+                    lost.iter_mut()
+                        .zip(more)
+                        .for_each(|(lost, more)| *lost += more);
+                    let block = TakeFile {
+                        generated,
+                        held_out,
+                        evaluated: &evaluated,
+                        ..TakeFile::new(&recording)
+                    };
+                    writer.append(&block).in_file(path)
+                })?;
+            }
+            writer.finish().in_file(path)
+        })?;
+        Ok(lost)
+    })
 }
 
 /// Writes a take's file from its parts.
@@ -103,93 +142,141 @@ pub fn write_parts(path: &Path, file: &TakeFile<'_>, views: Views) -> Result<(),
     })
 }
 
-impl<'a> GeneratedMotion<'a> {
-    fn of_take(&self, protocol: Protocol) -> impl Iterator<Item = usize> + use<'a> {
-        let (take, segments) = (self.take, self.segments[protocol]);
-        let origins = segments.origins().iter().enumerate();
-        let of_take = origins.filter(move |(_, origin)| origin.take == take);
-        of_take.map(|(index, _)| index)
-    }
+/// The samples that are written at a time.
+fn blocks(motion: &Motion) -> impl Iterator<Item = Range<usize>> {
+    let (len, block) = (motion.len(), BLOCK_S * motion.clock.rate_hz());
+    let block = (block.round() as usize).max(1);
+    (0..len)
+        .step_by(block)
+        .map(move |start| start..len.min(start + block))
+}
 
-    /// What each method made of the segments of the take.
-    fn generated_segments(
-        &self,
-        protocol: Protocol,
-    ) -> Vec<(&'static str, Vec<GeneratedSegment<'a>>)> {
-        let segments = self.segments[protocol];
-        let of_method = |generated: &'a Generated| {
-            let segment = |segment: usize| {
-                let trajectory = generated.trajectories[segment].as_ref();
-                let plan = generated.plans.as_ref().map(|plans| &plans[segment]);
-                (trajectory.is_some() || plan.is_some()).then(|| GeneratedSegment {
-                    start_sample: segments.origins()[segment].start,
-                    samples: segments.layout().samples,
-                    trajectory,
-                    plan,
-                })
-            };
-            let made = self.of_take(protocol).filter_map(segment).collect();
-            (generated.method.name(), made)
+impl MotionSource<'_> {
+    /// Calls `write` with what each method has of these samples under each protocol, and the number of segments that start
+    /// there without a trajectory, of each published method.
+    fn block<T>(
+        source: Option<&Self>,
+        samples: &Range<usize>,
+        write: impl FnOnce([&[GeneratedMethod<'_>]; 2], Vec<usize>) -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
+        let made;
+        let motion: GeneratedMotion<'_> = match source {
+            None => return write([&[], &[]], Vec::new()),
+            Some(Self::Memory(motion)) => *motion,
+            Some(Self::Generators(generators)) => {
+                made = generators.block(samples)?;
+                GeneratedMotion {
+                    segments: made.as_ref().map(|(segments, _)| segments),
+                    take: 0,
+                    generated: made.as_ref().map(|(_, generated)| generated.as_slice()),
+                    rows: &[],
+                    written: None,
+                }
+            }
         };
-        let generated = self.generated[protocol].iter();
-        (generated.filter(|g| self.writes(g)).map(of_method)).collect()
-    }
-
-    fn writes(&self, method: &Generated) -> bool {
-        (self.written).is_none_or(|written| written.contains(method.method.name()))
-    }
-
-    fn evaluated_samples(&self, rows: &MethodRows, tau_m: f64) -> Vec<EvaluatedSample> {
-        let segments = self.segments.published;
-        let samples = segments.layout().samples;
-        let instants = self.of_take(Protocol::Published).flat_map(|segment| {
-            let start = segments.origins()[segment].start;
-            (0..samples).map(move |t| (start + t, segment * samples + t))
+        let segments = Protocol::ALL.map(|protocol| {
+            let inside = motion.inside(protocol, samples);
+            let methods = motion.methods(protocol);
+            let made = methods.map(|g| (g, inside.generated(&g.trajectories, g.plans.as_deref())));
+            made.collect::<Vec<_>>()
         });
-        let finite = |values: &PerFinger<f64>| values.as_array().iter().all(|v| v.is_finite());
-        (instants.filter(|&(_, row)| finite(&rows.error_m[row])))
-            .map(|(sample, row)| EvaluatedSample {
-                sample,
-                error_m: Some(rows.error_m[row]),
-                contact: contact_sample(rows, row, tau_m),
-            })
-            .collect()
+        let methods = segments.each_ref().map(|methods| {
+            let methods = methods.iter().map(|(generated, segments)| GeneratedMethod {
+                name: generated.method.name(),
+                plans: generated.plans.is_some(),
+                segments,
+            });
+            methods.collect::<Vec<_>>()
+        });
+        let inside = motion.inside(Protocol::Published, samples);
+        let lost = motion.methods(Protocol::Published);
+        let lost = lost.map(|generated| inside.without_trajectory(&generated.trajectories));
+        write(methods.each_ref().map(Vec::as_slice), lost.collect())
     }
 }
 
-/// Which recorded fingertips touch the object, where its shape and pose are known.
+impl TakeGenerators<'_> {
+    /// What each method makes of the segments that have any of these samples.
+    fn block(
+        &self,
+        samples: &Range<usize>,
+    ) -> Result<PerProtocol<(Segments, Vec<Generated>)>, SessionError> {
+        PerProtocol::try_from_fn(|protocol| {
+            let found = &self.segments[protocol];
+            let inside = TakeSegments {
+                origins: found.origins(),
+                length: found.layout().samples,
+                take: 0,
+                samples: samples.clone(),
+            };
+            let segments = found.segments(inside.places());
+            let by_each = self.generators[protocol].iter();
+            let generated = by_each.map(|generator| generator.generate(&segments));
+            let generated = generated.collect::<Result<Vec<_>, SessionError>>()?;
+            Ok((segments, generated))
+        })
+    }
+}
+
+impl<'a> GeneratedMotion<'a> {
+    /// Segments of the take that have any of these samples.
+    fn inside(&self, protocol: Protocol, samples: &Range<usize>) -> TakeSegments<'a> {
+        let segments = self.segments[protocol];
+        TakeSegments {
+            origins: segments.origins(),
+            length: segments.layout().samples,
+            take: self.take,
+            samples: samples.clone(),
+        }
+    }
+
+    /// Methods that are written.
+    fn methods(&self, protocol: Protocol) -> impl Iterator<Item = &'a Generated> {
+        let (written, methods) = (self.written, self.generated[protocol].iter());
+        methods.filter(move |g| written.is_none_or(|written| written.contains(g.method.name())))
+    }
+}
+
+/// Errors and contacts of the recording and of each method at these samples.
+fn evaluated(
+    contents: &TakeContents<'_>,
+    samples: &Range<usize>,
+) -> Result<Vec<EvaluatedMethod>, SessionError> {
+    let mut evaluated = vec![recorded_contacts(
+        contents.motion,
+        samples.clone(),
+        contents.settings,
+    )?];
+    if let Some(MotionSource::Memory(motion)) = &contents.generated {
+        let tau_m = contents.settings.evaluate.tau_mm / 1000.0;
+        let inside = motion.inside(Protocol::Published, samples);
+        let rows = motion.rows.iter();
+        let written = rows.filter(|rows| motion.written.is_none_or(|w| w.contains(&*rows.name)));
+        evaluated.extend(written.map(|rows| EvaluatedMethod {
+            name: rows.name.clone(),
+            samples: inside.evaluated(rows, tau_m),
+        }));
+    }
+    Ok(evaluated)
+}
+
+/// Which recorded fingertips touch the object at these samples, where its shape and pose are known.
 pub(crate) fn recorded_contacts(
     motion: &Motion,
+    samples: Range<usize>,
     settings: &Settings,
-) -> Result<Option<EvaluatedMethod>, SessionError> {
-    let contacts = steps::contacts(motion, settings)?;
-    let samples: Vec<_> = (contacts.iter().enumerate())
-        .filter_map(|(sample, contact)| {
-            let distance_m = (*contact)?;
-            Some(EvaluatedSample {
-                sample,
-                error_m: None,
-                contact: Some(ContactSample::new(
-                    distance_m,
-                    settings.evaluate.tau_mm / 1e3,
-                )),
-            })
+) -> Result<EvaluatedMethod, SessionError> {
+    let tau_m = settings.evaluate.tau_mm / 1e3;
+    let contacts = steps::contacts(motion, samples.clone(), settings)?;
+    let known = samples.zip(contacts).filter_map(|(sample, distance_m)| {
+        Some(EvaluatedSample {
+            sample,
+            error_m: None,
+            contact: Some(ContactSample::new(distance_m?, tau_m)),
         })
-        .collect();
-    Ok((!samples.is_empty()).then_some(EvaluatedMethod {
+    });
+    Ok(EvaluatedMethod {
         name: RECORDED.to_owned(),
-        samples,
-    }))
-}
-
-fn contact_sample(rows: &MethodRows, row: usize, tau_m: f64) -> Option<ContactSample> {
-    let distance_m = rows.distance_m.as_ref()?[row];
-    if distance_m
-        .as_array()
-        .iter()
-        .any(|distance| distance.is_nan())
-    {
-        return None; // The object is missing at this instant.
-    }
-    Some(ContactSample::new(distance_m, tau_m))
+        samples: known.collect(),
+    })
 }

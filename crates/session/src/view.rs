@@ -1,15 +1,14 @@
 //! View channels for files that are there already.
 
-mod stored;
-
 use std::io::Cursor;
 use std::path::Path;
 
-use inhand_channels::{ChannelError, GeneratedMethod, Metadata, RECORDED, TakeFile, Views};
+use inhand_channels::{
+    ChannelError, GeneratedMethod, Metadata, RECORDED, StoredMethod, TakeFile, Views,
+};
 use inhand_container::{ChannelFacts, MetadataRecord, Selection, Source};
 use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 
-use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::files::{FileSource, filter, hash_file, name_of, open_take, refuse_folder};
@@ -194,6 +193,7 @@ impl<'a> File<'a> {
         let generated: Vec<_> = (methods.iter().zip(&segments))
             .map(|(method, segments)| GeneratedMethod {
                 name: &method.name,
+                plans: true,
                 segments,
             })
             .collect();
@@ -202,7 +202,7 @@ impl<'a> File<'a> {
             evaluated.retain(|method| method.name != RECORDED);
             let samples = evaluated.iter_mut().flat_map(|method| &mut method.samples);
             samples.for_each(|sample| sample.contact = None);
-            evaluated.extend(recorded_contacts(motion, settings)?);
+            evaluated.push(recorded_contacts(motion, 0..motion.len(), settings)?);
         }
         let file = TakeFile {
             motion: take.stored_motion.as_ref(),

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use inhand_container::{Depth, Record, Source, walk_source};
 use inhand_model::{
     Certificate, Configuration, ConstraintFamily, Plan, PlanChecks, Pose, Protocol, Relaxation,
-    SEGMENT_COORDINATES,
+    SEGMENT_COORDINATES, SegmentLayout, Trajectory,
 };
 use nalgebra::DVector;
 use prost::Message;
@@ -70,6 +70,65 @@ pub fn generated_of_source(
         name,
         configurations_m,
         plans,
+    };
+    Ok(methods.into_iter().map(method).collect())
+}
+
+/// What one method generated for segments of a take.
+#[derive(Clone, Debug)]
+pub struct ReadSegments {
+    /// Name of the method.
+    pub name: String,
+    /// The motion over each segment; `None` where a sample of it has none. Where trajectories overlap, the one that
+    /// starts last counts.
+    pub trajectories: Vec<Option<Trajectory>>,
+    /// The plan that starts with each segment, without its trajectory.
+    pub plans: Vec<Option<Plan>>,
+}
+
+/// Reads what methods generated for segments of a take under a protocol, in the order of the file's channels. `starts` are
+/// the first samples of the segments, ascending.
+///
+/// # Errors
+///
+/// As for [`read_generated`].
+pub fn segments_of_source(
+    source: &mut Source<'_>,
+    protocol: Protocol,
+    starts: &[usize],
+    layout: SegmentLayout,
+) -> Result<Vec<ReadSegments>, ChannelError> {
+    type Parts = (BTreeMap<usize, Vec<f64>>, BTreeMap<usize, Plan>);
+    let read = |(motions, plans): &mut Parts, part: &str, at: Place<'_>, data: &[u8]| {
+        if part == "plan" {
+            let message = at.decoded(messages::Plan::decode(data))?;
+            let (start, plan) = (message.start_sample as usize, plan(&message, &at)?);
+            if let Ok(segment) = starts.binary_search(&start) {
+                plans.insert(segment, plan);
+            }
+            return Ok(());
+        }
+        let (k, configuration) = (sample(&at)?, configuration(data, &at)?);
+        let end = starts.partition_point(|&start| start <= k);
+        let first = starts.partition_point(|&start| start + layout.samples <= k);
+        for (segment, start) in starts.iter().enumerate().take(end).skip(first) {
+            let motion = motions.entry(segment);
+            let motion = motion.or_insert_with(|| vec![f64::NAN; layout.finger_rows()]);
+            let row = SEGMENT_COORDINATES * (k - start);
+            motion[row..row + SEGMENT_COORDINATES].copy_from_slice(&configuration);
+        }
+        Ok(())
+    };
+    let prefix = format!("{}/", topic::generated(protocol));
+    let methods = read_methods(source, &prefix, ["fingertips", "plan"], read)?;
+    let method = |(name, (mut motions, mut plans)): (_, Parts)| ReadSegments {
+        name,
+        trajectories: (0..starts.len())
+            .map(|segment| Trajectory::new(layout, motions.remove(&segment)?).ok())
+            .collect(),
+        plans: (0..starts.len())
+            .map(|segment| plans.remove(&segment))
+            .collect(),
     };
     Ok(methods.into_iter().map(method).collect())
 }

@@ -1,6 +1,6 @@
 //! Fingertips as point clouds, and as spheres with short trails, tied to the hand.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use foxglove::messages::Point3;
@@ -10,7 +10,6 @@ use super::draw::{Dot, SPHERE_M, TRAIL_M, add_cloud, entity, point, scene, spher
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::streams::{Instant, Sampling, Streams};
-use crate::take::ContactSample;
 use crate::take::scene_stride;
 
 /// Diameter and opacity of a fingertip that is drawn as a shell, metres.
@@ -32,9 +31,6 @@ const LINK_ALPHA: f64 = 0.5;
 /// Fingertips in contact, as points: brighter than any finger.
 const TOUCHING: Rgb = [0xFF, 0xFF, 0xFF];
 
-/// Contacts by sample.
-pub(crate) type Contacts<'a> = Rc<BTreeMap<usize, &'a ContactSample>>;
-
 /// Position of a fingertip, metres.
 type PositionAt<'a> = dyn Fn(&Instant<'_>, Finger) -> Option<[f64; 3]> + 'a;
 
@@ -43,8 +39,8 @@ type PositionAt<'a> = dyn Fn(&Instant<'_>, Finger) -> Option<[f64; 3]> + 'a;
 pub(crate) struct Tips<'a> {
     pub(crate) frame: &'static str,
     pub(crate) position_m: Rc<PositionAt<'a>>,
-    /// Contacts by sample, as far as they are known.
-    pub(crate) contacts: Contacts<'a>,
+    /// Place among the evaluated methods, where contacts are known.
+    pub(crate) contacts: Option<usize>,
     /// Colour of a planned motion, whose fingertips are shells that show what they are around: often within
     /// a fraction of a millimetre of the recorded ones. Without, each finger has its own.
     pub(crate) shells: Option<Rgb>,
@@ -70,7 +66,7 @@ impl<'a> Tips<'a> {
         let rate_hz = samples.clock.rate_hz();
         let scenes = samples.every(scene_stride(rate_hz));
         self.add_cloud(topics.cloud, scenes, streams)?;
-        if let Some(topic) = topics.contacts.filter(|_| !self.contacts.is_empty()) {
+        if let Some(topic) = topics.contacts.filter(|_| self.contacts.is_some()) {
             let tips = self.clone();
             let touching = Dot::Star(CONTACT_SPHERE_M);
             add_cloud(
@@ -79,7 +75,7 @@ impl<'a> Tips<'a> {
                 &["finger"],
                 scenes,
                 move |at, cloud| {
-                    for finger in Finger::ALL.into_iter().filter(|&f| tips.touches(at.k, f)) {
+                    for finger in Finger::ALL.into_iter().filter(|&f| tips.touches(at, f)) {
                         if let Some(position_m) = (tips.position_m)(at, finger) {
                             cloud.push_dot(touching, position_m, &[finger.index()], TOUCHING);
                         }
@@ -148,7 +144,7 @@ impl<'a> Tips<'a> {
                 tips.spheres
                     .push(sphere(position_m, diameter_m, (rgb, alpha)));
                 // Lights of a plan would outshine what was recorded.
-                if self.shells.is_none() && self.touches(at.k, finger) {
+                if self.shells.is_none() && self.touches(at, finger) {
                     let light = sphere(position_m, CONTACT_SPHERE_M, (rgb, CONTACT_ALPHA));
                     lights.spheres.push(light);
                 }
@@ -174,8 +170,14 @@ impl<'a> Tips<'a> {
     }
 
     /// Whether the finger is known to touch the object.
-    fn touches(&self, k: usize, finger: Finger) -> bool {
-        (self.contacts.get(&k)).is_some_and(|contact| contact.in_contact[finger])
+    fn touches(&self, at: &Instant<'_>, finger: Finger) -> bool {
+        let made = at.made().zip(self.contacts);
+        let judged = made.map_or(&[][..], |(made, place)| made.evaluated(place, at.k));
+        let contact = judged
+            .iter()
+            .rev()
+            .find_map(|judged| judged.contact.as_ref());
+        contact.is_some_and(|contact| contact.in_contact[finger])
     }
 
     fn colour(&self, finger: Finger) -> Rgb {

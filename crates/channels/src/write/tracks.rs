@@ -2,8 +2,8 @@
 
 use foxglove::messages::{Log, log};
 use inhand_model::{
-    Change, Clock, ConstraintFamily, Finding, Frame, Hand, Motion, Plan, PoseTrack, Position,
-    Protocol, Recording, Roles, Severity, Status, World,
+    Change, ConstraintFamily, Finding, Frame, Hand, Motion, Plan, PoseTrack, Position, Protocol,
+    Recording, Roles, Severity, Status, World,
 };
 
 use crate::error::ChannelError;
@@ -211,48 +211,45 @@ fn add_pose<'a, To: Frame, From: Frame>(
 }
 
 /// Adds what each method generated under a protocol.
-pub(super) fn add_generated<'a>(
+pub(super) fn add_generated(
     protocol: Protocol,
-    methods: &[GeneratedMethod<'a>],
-    clock: Clock,
-    streams: &mut Streams<'a>,
+    methods: &[GeneratedMethod<'_>],
+    samples: Sampling,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    for method in methods {
+    for (place, method) in methods.iter().enumerate() {
         let topic = |leaf| topic::named(topic::generated(protocol), method.name, leaf);
         let channel =
             (streams.output).channel::<messages::Fingertips>(&topic("fingertips"), HAND)?;
-        if method.segments.iter().any(|segment| segment.plan.is_some()) {
+        if method.plans {
             let channel = (streams.output).channel::<messages::Plan>(&topic("plan"), HAND)?;
-            let mut segments: Vec<_> = method.segments.iter().collect();
-            segments.sort_by_key(|segment| segment.start_sample);
-            let (solved, unsolved): (Vec<&GeneratedSegment>, Vec<_>) =
-                (segments.into_iter()).partition(|segment| segment.trajectory.is_some());
-            for segments in [unsolved, solved] {
-                let plans = segments.into_iter().enumerate();
-                let messages = plans.filter_map(move |(n, segment)| {
-                    let unix_nanos = clock.unix_nanos(segment.start_sample);
-                    let message = plan_message(segment, segment.plan?, unix_nanos);
-                    Some((n, unix_nanos, message))
-                });
-                streams.listed(channel, messages);
-            }
+            // Plans without a trajectory are counted by themselves.
+            let mut counts = [0, 0];
+            streams.add(samples, move |at, output| {
+                let segments = at.made().and_then(|made| made.generated(protocol, place));
+                for segment in segments.map_or(&[][..], |segments| segments.starting(at.k)) {
+                    let count = &mut counts[usize::from(segment.trajectory.is_some())];
+                    if let Some(plan) = segment.plan {
+                        let message = plan_message(segment, plan, at.unix_nanos);
+                        output.message(channel, *count, at.unix_nanos, &message)?;
+                    }
+                    *count += 1;
+                }
+                Ok(())
+            });
         }
         // Where trajectories overlap, they come in the order in which they start.
-        let mut samples: Vec<_> = (method.trajectories().into_iter())
-            .flat_map(|(start, trajectory)| {
-                (0..trajectory.layout().samples).map(move |t| (start + t, t, trajectory))
-            })
-            .collect();
-        samples.sort_by_key(|&(k, ..)| k);
-        let messages = samples.into_iter().map(move |(k, t, trajectory)| {
-            let unix_nanos = clock.unix_nanos(k);
-            let message = messages::Fingertips::new(unix_nanos, |finger| {
-                let position = trajectory.position(t, finger);
-                messages::Fingertip::new(Some(position.to_array()), Status::Measured)
-            });
-            (k, unix_nanos, message)
+        streams.add(samples, move |at, output| {
+            let segments = at.made().and_then(|made| made.generated(protocol, place));
+            for (t, trajectory) in segments.into_iter().flat_map(|segments| segments.at(at.k)) {
+                let message = messages::Fingertips::new(at.unix_nanos, |finger| {
+                    let position = trajectory.position(t, finger);
+                    messages::Fingertip::new(Some(position.to_array()), Status::Measured)
+                });
+                output.message(channel, at.k, at.unix_nanos, &message)?;
+            }
+            Ok(())
         });
-        streams.listed(channel, messages);
     }
     Ok(())
 }
@@ -303,35 +300,40 @@ fn plan_message(segment: &GeneratedSegment<'_>, plan: &Plan, unix_nanos: u64) ->
 }
 
 /// Adds errors and contacts of each method.
-pub(super) fn add_evaluated<'a>(
-    methods: &'a [EvaluatedMethod],
-    clock: Clock,
-    streams: &mut Streams<'a>,
+pub(super) fn add_evaluated(
+    methods: &[EvaluatedMethod],
+    samples: Sampling,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    for method in methods {
+    for (place, method) in methods.iter().enumerate() {
         let topic = |leaf| topic::named(topic::EVALUATION, &method.name, leaf);
-        let mut samples: Vec<_> = method.samples.iter().collect();
-        samples.sort_by_key(|judged| judged.sample);
-        let at = move |sample| (sample, clock.unix_nanos(sample));
-        if samples.iter().any(|judged| judged.error_m.is_some()) {
+        if method.samples.iter().any(|judged| judged.error_m.is_some()) {
             let channel =
                 (streams.output).channel::<messages::FingerErrors>(&topic("error"), HAND)?;
-            let messages = samples.clone().into_iter().filter_map(move |judged| {
-                let (k, unix_nanos) = at(judged.sample);
-                let message = messages::FingerErrors::new(unix_nanos, judged.error_m.as_ref()?);
-                Some((k, unix_nanos, message))
+            streams.add(samples, move |at, output| {
+                let judged = at
+                    .made()
+                    .map_or(&[][..], |made| made.evaluated(place, at.k));
+                for error_m in judged.iter().filter_map(|judged| judged.error_m.as_ref()) {
+                    let message = messages::FingerErrors::new(at.unix_nanos, error_m);
+                    output.message(channel, at.k, at.unix_nanos, &message)?;
+                }
+                Ok(())
             });
-            streams.listed(channel, messages);
         }
-        if samples.iter().any(|judged| judged.contact.is_some()) {
+        if method.samples.iter().any(|judged| judged.contact.is_some()) {
             let channel =
                 (streams.output).channel::<messages::Contacts>(&topic("contact"), HAND)?;
-            let messages = samples.into_iter().filter_map(move |judged| {
-                let (k, unix_nanos) = at(judged.sample);
-                let message = messages::Contacts::new(unix_nanos, judged.contact.as_ref()?);
-                Some((k, unix_nanos, message))
+            streams.add(samples, move |at, output| {
+                let judged = at
+                    .made()
+                    .map_or(&[][..], |made| made.evaluated(place, at.k));
+                for contact in judged.iter().filter_map(|judged| judged.contact.as_ref()) {
+                    let message = messages::Contacts::new(at.unix_nanos, contact);
+                    output.message(channel, at.k, at.unix_nanos, &message)?;
+                }
+                Ok(())
             });
-            streams.listed(channel, messages);
         }
     }
     Ok(())

@@ -338,7 +338,12 @@ pub(crate) fn generated<'a>(
     names: &[&'a str],
     segments: &'a [GeneratedSegment<'a>],
 ) -> Vec<GeneratedMethod<'a>> {
-    let method = |&name| GeneratedMethod { name, segments };
+    let plans = segments.iter().any(|segment| segment.plan.is_some());
+    let method = |&name| GeneratedMethod {
+        name,
+        plans,
+        segments,
+    };
     names.iter().map(method).collect()
 }
 

@@ -16,7 +16,9 @@ fn phases_agree_with_the_reference() {
             min_duration_s: take["min_duration_s"].as_f64().unwrap(),
             max_lift_s: take["max_lift_s"].as_f64().unwrap(),
         };
-        let (phases, gaits) = phases(&of_reference(take), &pads(take), &rules).unwrap();
+        let pads = pads(take);
+        let pad = |k: usize, finger| pads[k][finger];
+        let (phases, gaits) = phases(&of_reference(take), &pad, &rules).unwrap();
         let listed: Vec<Value> = (phases.iter())
             .map(|p| {
                 json!([
@@ -54,7 +56,7 @@ fn kinds_of_phases() {
         max_lift_s: 0.03,
     };
     let of = |fingers| {
-        let (phases, gaits) = phases(&series(fingers, 100.0), &[], &rules).unwrap();
+        let (phases, gaits) = phases(&series(fingers, 100.0), &|_, _| None, &rules).unwrap();
         let phases: Vec<String> = (phases.iter())
             .map(|p| format!("{} {:?}", p.kind.name(), p.samples))
             .collect();
@@ -106,7 +108,7 @@ fn settings_that_make_no_sense_are_refused() {
         min_duration_s: 0.0,
         max_lift_s: 1.0,
     };
-    let refused = |rules| phases(&some, &[], &rules).unwrap_err();
+    let refused = |rules| phases(&some, &|_, _| None, &rules).unwrap_err();
     for bad in [-0.1, f64::NAN, f64::INFINITY] {
         let (min_duration_s, max_lift_s) = (bad, bad);
         for rules in [
@@ -135,7 +137,7 @@ proptest! {
     fn phases_tile_what_is_known(samples in any_series(), min_fingers in 1..6_usize, shift in 0..7_usize) {
         let rules = ContactRules { tau_m: 0.005, min_fingers, min_duration_s: 0.02, max_lift_s: 0.05 };
         let series = ContactSeries::new(samples.clone(), 100.0).unwrap();
-        let (found, gaits) = phases(&series, &[], &rules).unwrap();
+        let (found, gaits) = phases(&series, &|_, _| None, &rules).unwrap();
         let states = series.debounced(0.02).unwrap().states();
         let mut covered = vec![0; states.len()];
         for phase in &found {
@@ -160,7 +162,7 @@ proptest! {
         // Later in the take it is the same, later.
         let nothing = std::iter::repeat_n(PerFinger::new([None; 5]), shift);
         let later = ContactSeries::new(nothing.chain(samples).collect(), 100.0).unwrap();
-        let (later, later_gaits) = phases(&later, &[], &rules).unwrap();
+        let (later, later_gaits) = phases(&later, &|_, _| None, &rules).unwrap();
         let back = |range: &std::ops::Range<usize>| range.start - shift..range.end - shift;
         prop_assert_eq!(later.len(), found.len());
         for (later, found) in later.iter().zip(&found) {

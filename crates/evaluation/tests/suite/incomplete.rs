@@ -234,7 +234,12 @@ fn a_whole_take_has_contacts_where_object_and_a_fingertip_are() {
     for finger in Finger::ALL {
         session.motions[0].fingertips[finger].set(9, None, Status::Missing);
     }
-    let contacts = motion_contacts(&session.motions[0], &shape, &EvaluationSettings::paper());
+    let contacts = motion_contacts(
+        &session.motions[0],
+        0..session.motions[0].len(),
+        &shape,
+        &EvaluationSettings::paper(),
+    );
     assert_eq!(contacts.len(), 14);
     for (k, contact) in contacts.into_iter().enumerate() {
         let Some(distance_m) = contact else {
@@ -251,5 +256,5 @@ fn a_whole_take_has_contacts_where_object_and_a_fingertip_are() {
     // Without an object nothing is known.
     session.motions[0].object = None;
     let settings = EvaluationSettings::paper();
-    assert!(motion_contacts(&session.motions[0], &shape, &settings).is_empty());
+    assert!(motion_contacts(&session.motions[0], 0..1, &shape, &settings).is_empty());
 }

@@ -80,7 +80,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     let task = console.step("evaluating");
-    let mut evaluated = evaluate_stored(&mut takes, &dictionary, &settings)?;
+    let tables = args.rows.is_some();
+    let mut evaluated = evaluate_stored(&mut takes, &dictionary, &settings, tables)?;
     drop(task);
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
@@ -96,12 +97,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             None => write_text(path, &text),
         })
     };
-    let published = (args.rows.as_ref()).map(|path| (path, Some(evaluated.published.as_rows())));
+    let published = args.rows.as_ref().zip(evaluated.published.as_ref());
     let held_out = held_out_path.as_ref().zip(evaluated.held_out.as_ref());
-    let held_out = held_out.map(|(path, rows)| (path, Some(rows.as_rows())));
+    let tables = published.into_iter().chain(held_out);
+    let tables = tables.map(|(path, rows)| (path, Some(rows.as_rows())));
     // The evaluation is last: where it is, so are its rows. Outputs that must not be replaced are only compared, and
     // before any other is written.
-    let outputs = (published.into_iter().chain(held_out)).chain([(output, None)]);
+    let outputs = tables.chain([(output, None)]);
     let (kept, others): (Vec<_>, Vec<_>) =
         outputs.partition(|(path, _)| !args.output.force && path.is_file());
     for (path, rows) in kept.into_iter().chain(others) {

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::{PerProtocol, Protocol};
+use inhand_model::PerProtocol;
+use inhand_session::steps::Generator;
 use inhand_session::{
-    GeneratedMotion, Role, Settings, TakeContents, provenance, steps, write_take,
+    Method, MotionSource, Role, Settings, TakeContents, TakeGenerators, provenance, steps,
+    write_take,
 };
 use serde_json::json;
 
@@ -63,55 +65,40 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         file_part(&task, &take.path, 1.0);
         let motion = &motions.published[n];
         let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;
-        let segments = |protocol| {
+        let found = |protocol| {
             let motion = &motions[protocol][n];
-            steps::segments(&[motion], (Role::Test, protocol), object, &settings)
+            steps::found_segments(&[motion], (Role::Test, protocol), object, &settings)
         };
-        let segments = PerProtocol {
-            published: segments(Protocol::Published)?,
-            held_out: segments(Protocol::HeldOut)?,
-        };
-        let generated = |protocol| {
-            let segments = &segments[protocol];
-            let by = |&method| steps::generate(method, &dictionary.dictionary, segments, &settings);
+        let generators = |protocol| {
+            let by = |&method| Generator::new(method, &dictionary.dictionary, protocol, &settings);
             methods.iter().map(by).collect::<Result<Vec<_>, _>>()
         };
-        let generated = PerProtocol {
-            published: generated(Protocol::Published)?,
-            held_out: generated(Protocol::HeldOut)?,
+        let generators = TakeGenerators {
+            segments: PerProtocol::try_from_fn(found)?,
+            generators: PerProtocol::try_from_fn(generators)?,
         };
         let hashes = [take.hash.clone(), dictionary.hash.clone()];
         let made = provenance("generate", &settings, hashes);
         let contents = TakeContents {
             take,
             motion,
-            generated: Some(GeneratedMotion {
-                segments: segments.as_ref(),
-                take: 0,
-                generated: generated.as_ref().map(Vec::as_slice),
-                rows: &[],
-                written: None,
-                hulls: &dictionary.dictionary.demonstrated.hulls,
-            }),
+            generated: Some(MotionSource::Generators(&generators)),
+            hulls: Some(&dictionary.dictionary.demonstrated.hulls),
             made: &made,
             settings: &settings,
         };
-        write_output(target, args.writing.force, |path| {
+        let lost = write_output(target, args.writing.force, |path| {
             write_take(path, &contents, args.writing.views)
         })?;
-        let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
-        let lost = trajectories.filter(|t| t.is_none()).count();
-        let of_method = |g: &steps::Generated| {
-            let lost = g.trajectories.iter().filter(|t| t.is_none()).count();
-            json!({ "name": g.method.name(), "without_trajectory": lost })
-        };
+        let segments = generators.segments.published.origins().len();
+        let of_method = |(method, lost): (&Method, &usize)| json!({ "name": method.name(), "without_trajectory": lost });
         files.push(json!({
             "input": take.path.display().to_string(),
             "output": target.display().to_string(),
-            "segments": segments.published.len(),
-            "methods": generated.published.iter().map(of_method).collect::<Vec<_>>(),
+            "segments": segments,
+            "methods": methods.iter().zip(&lost).map(of_method).collect::<Vec<_>>(),
         }));
-        let (segments, methods) = (segments.published.len(), methods.len());
+        let (methods, lost) = (methods.len(), lost.iter().sum::<usize>());
         let counts =
             format!("{segments} segments by {methods} methods, {lost} without a trajectory");
         console.wrote_with(target, &counts);

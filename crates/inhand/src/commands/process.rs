@@ -53,6 +53,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             take,
             motion,
             generated: None,
+            hulls: None,
             made: &made,
             settings: &settings,
         };

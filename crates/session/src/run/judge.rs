@@ -33,7 +33,7 @@ pub(super) fn judge(
         || published(cut, dictionary, &generated.published, settings, times),
         || {
             let generated = &generated.held_out;
-            let work = || steps::held_out(test, motions, dictionary, generated, settings);
+            let work = || steps::held_out(test, motions, dictionary, generated, true, settings);
             times.time("held_out", work)
         },
     );

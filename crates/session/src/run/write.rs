@@ -18,7 +18,7 @@ use crate::output;
 use crate::settings::Role;
 use crate::steps::{self, Generated, Illustrated, ProtocolRows};
 use crate::tables;
-use crate::take_file::{self, GeneratedMotion, TakeContents};
+use crate::take_file::{self, GeneratedMotion, MotionSource, TakeContents};
 
 /// What a run found.
 pub(super) struct Results<'a> {
@@ -59,16 +59,16 @@ pub(super) fn write_takes(
             generated: run.generated.as_ref().map(Vec::as_slice),
             rows: &run.judged.rows.published.methods,
             written,
-            hulls: &run.dictionary.demonstrated.hulls,
         });
         let contents = TakeContents {
             take: result.take,
             motion: result.motion,
-            generated: motion,
+            hulls: motion.map(|_| &run.dictionary.demonstrated.hulls),
+            generated: motion.map(MotionSource::Memory),
             made: run.provenance,
             settings: &options.settings,
         };
-        take_file::write(path, &contents, options.scope.views)
+        take_file::write(path, &contents, options.scope.views).map(drop)
     })
     .map(drop)
 }

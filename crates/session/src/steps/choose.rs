@@ -3,7 +3,7 @@
 use inhand_dictionary::{Fold, folds, mean, mean_distance_m, standard_error};
 use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Protocol, Segments};
 
-use super::{generate, learn};
+use super::{Generator, learn};
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 use crate::settings::Settings;
@@ -131,7 +131,8 @@ fn add_fold(
     let none = known.select(&[]);
     let dictionary = learn(&known, &none, demonstrated.clone(), &fewer)?;
     for (method, list) in errors.methods.iter().zip(&mut errors.by_segment_m) {
-        let generated = generate(*method, &dictionary, &left_out, settings)?;
+        let generator = Generator::new(*method, &dictionary, left_out.protocol(), settings)?;
+        let generated = generator.generate(&left_out)?;
         for (segment, trajectory) in generated.trajectories.iter().enumerate() {
             let recorded_m = left_out.fingertips_m(segment);
             list.push(trajectory.as_ref().map_or(f64::INFINITY, |trajectory| {

@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use inhand_contact::FingerOffsets;
 use inhand_model::{
-    Calibration, Configuration, Dictionary, EndConditions, Finger, ObjectEnds, PerFinger, Plan,
-    Protocol, Residual, SEGMENT_COORDINATES, SegmentLayout, Segments, Shape, Trajectory,
-    VelocityBounds,
+    Calibration, Dictionary, PerFinger, Plan, Protocol, SEGMENT_COORDINATES, SegmentLayout,
+    Segments, Trajectory, VelocityBounds,
 };
 use inhand_planner::{
-    AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
-    held_fingers, object_between, plan_all, widened,
+    AccelerationBounds, Constraints, Ends, Hold, PlanError, Planner, PlannerSettings, plan_all,
+    widened,
 };
 
 use crate::error::{SessionError, invalid};
@@ -31,6 +30,19 @@ pub struct Generated {
     pub plan_times: Vec<Duration>,
     /// How far the recorded motion lies from the planned one by the method's own measure.
     pub corridors: Option<SegmentCorridors>,
+}
+
+impl Generated {
+    /// Nothing yet.
+    pub(crate) fn new(method: Method) -> Self {
+        Self {
+            method,
+            trajectories: Vec::new(),
+            plans: None,
+            plan_times: Vec::new(),
+            corridors: None,
+        }
+    }
 }
 
 /// Recorded motion against a method's prediction regions.
@@ -55,46 +67,116 @@ pub fn generate(
     segments: &Segments,
     settings: &Settings,
 ) -> Result<Generated, SessionError> {
-    let protocol = segments.protocol();
-    let Some(planner) = planner(method, dictionary, protocol, settings)? else {
-        let layout = segments.layout();
-        let curves = segments
-            .ends()
-            .iter()
-            .map(|ends| method.curve(ends, layout));
-        return Ok(Generated {
-            method,
-            trajectories: curves.collect(),
-            plans: None,
-            plan_times: Vec::new(),
-            corridors: None,
-        });
-    };
-    check_layout(dictionary.layout, segments.layout())?;
-    let hold = hold_settings(settings)?;
-    let targets = (segments.ends().iter())
-        .map(|ends| target(&planner, ends, hold.as_ref()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|source| plan_error(method, source))?;
-    let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
-    for (plan, time) in plan_all(&planner, &targets) {
-        plans.push(plan.map_err(|source| plan_error(method, source))?);
-        plan_times.push(time);
+    let generator = Generator::new(method, dictionary, segments.protocol(), settings)?;
+    let mut generated = generator.generate(segments)?;
+    if let Some(plans) = &generated.plans {
+        generated.corridors = generator.corridors(segments, plans)?;
     }
-    let corridors = match (method, dictionary.residual(protocol)) {
-        (Method::Residual, Some(residual)) => Some(
-            corridors(&planner, residual, &targets, &plans, segments)
-                .map_err(|source| plan_error(method, source))?,
-        ),
-        _ => None,
-    };
-    Ok(Generated {
-        method,
-        trajectories: plans.iter().map(|plan| plan.trajectory.clone()).collect(),
-        plans: Some(plans),
-        plan_times,
-        corridors,
-    })
+    Ok(generated)
+}
+
+/// A method that is ready to generate trajectories under a protocol.
+#[derive(Debug)]
+pub struct Generator<'d> {
+    /// The method.
+    pub method: Method,
+    dictionary: &'d Dictionary,
+    protocol: Protocol,
+    /// `None` for a method that learns nothing.
+    planner: Option<Planner>,
+    hold: Option<Hold>,
+}
+
+impl<'d> Generator<'d> {
+    /// Prepares a method.
+    ///
+    /// # Errors
+    ///
+    /// As [`generate`].
+    pub fn new(
+        method: Method,
+        dictionary: &'d Dictionary,
+        protocol: Protocol,
+        settings: &Settings,
+    ) -> Result<Self, SessionError> {
+        let planner = planner(method, dictionary, protocol, settings)?;
+        let hold = planner
+            .is_some()
+            .then(|| hold_settings(settings))
+            .transpose()?;
+        Ok(Self {
+            method,
+            dictionary,
+            protocol,
+            planner,
+            hold: hold.flatten(),
+        })
+    }
+
+    /// Whether trajectories are planned, and so have plans.
+    pub fn plans(&self) -> bool {
+        self.planner.is_some()
+    }
+
+    /// Generates a trajectory for each of these segments; their recorded motion is not looked at.
+    ///
+    /// # Errors
+    ///
+    /// As [`generate`].
+    pub fn generate(&self, segments: &Segments) -> Result<Generated, SessionError> {
+        let (method, layout) = (self.method, segments.layout());
+        let mut generated = Generated::new(method);
+        let Some(planner) = &self.planner else {
+            let curves = segments
+                .ends()
+                .iter()
+                .map(|ends| method.curve(ends, layout));
+            generated.trajectories = curves.collect();
+            return Ok(generated);
+        };
+        check_layout(self.dictionary.layout, layout)?;
+        let targets = (segments.ends().iter())
+            .map(|ends| planner.target(ends, self.hold.as_ref()))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|source| plan_error(method, source))?;
+        let mut plans = Vec::with_capacity(targets.len());
+        for (plan, time) in plan_all(planner, &targets) {
+            plans.push(plan.map_err(|source| plan_error(method, source))?);
+            generated.plan_times.push(time);
+        }
+        generated.trajectories = plans.iter().map(|plan| plan.trajectory.clone()).collect();
+        generated.plans = Some(plans);
+        Ok(generated)
+    }
+
+    /// Recorded motion against the prediction regions of its plans, of a method that states any.
+    ///
+    /// # Errors
+    ///
+    /// As [`generate`].
+    pub(crate) fn corridors(
+        &self,
+        segments: &Segments,
+        plans: &[Plan],
+    ) -> Result<Option<SegmentCorridors>, SessionError> {
+        let residual = self.dictionary.residual(self.protocol);
+        let (Method::Residual, Some(residual), Some(planner)) =
+            (self.method, residual, &self.planner)
+        else {
+            return Ok(None);
+        };
+        let of_segment = |segment: usize| -> Result<_, PlanError> {
+            let Some(trajectory) = &plans[segment].trajectory else {
+                return Ok(None);
+            };
+            planner.distances(trajectory, segments, segment).map(Some)
+        };
+        let mahalanobis = inhand_parallel::try_up_to(plans.len(), of_segment);
+        Ok(Some(SegmentCorridors {
+            mahalanobis: mahalanobis.map_err(|source| plan_error(self.method, source))?,
+            widths: residual.calibration.clone(),
+        }))
+    }
 }
 
 /// A dictionary plans at its own rate and length.
@@ -148,37 +230,6 @@ pub(crate) fn plan_error(method: Method, source: PlanError) -> SessionError {
     SessionError::at(format_args!("planning with {method}"), source)
 }
 
-/// What fingers that hold need to be known by.
-pub(crate) struct Hold {
-    shape: Shape,
-    offsets: FingerOffsets,
-    tau_m: f64,
-}
-
-impl Hold {
-    /// The fingers in contact at both ends, held to their contact points.
-    pub(crate) fn holding(
-        &self,
-        first_m: &Configuration,
-        last_m: &Configuration,
-        object: &ObjectEnds,
-        samples: usize,
-    ) -> Result<Holding, PlanError> {
-        Ok(Holding {
-            hand_from_object: object_between(object, samples),
-            contacts: held_fingers(
-                &self.shape,
-                &self.offsets,
-                self.tau_m,
-                first_m,
-                last_m,
-                object,
-            )?,
-            tau_m: self.tau_m,
-        })
-    }
-}
-
 /// `None` where fingers need not hold.
 pub(crate) fn hold_settings(settings: &Settings) -> Result<Option<Hold>, SessionError> {
     if !settings.plan.holding {
@@ -193,83 +244,6 @@ pub(crate) fn hold_settings(settings: &Settings) -> Result<Option<Hold>, Session
         offsets: FingerOffsets(settings.pad_offsets_m()?),
         tau_m: settings.evaluate.tau_mm / 1000.0,
     }))
-}
-
-/// What a method is given of a segment. Fingers hold where three or more are in contact at both
-/// ends; elsewhere there is nothing to hold on to. A method that does not know the start must not
-/// learn of it from what fingers hold.
-fn target(
-    planner: &Planner,
-    ends: &EndConditions,
-    hold: Option<&Hold>,
-) -> Result<Target, PlanError> {
-    let target = match planner.method() {
-        Some(method) => method.target(ends),
-        None => Target::from(ends),
-    };
-    let knows_start = planner.method() != Some(inhand_planner::Method::Paper);
-    let (Some(hold), Some(object), true) = (hold, ends.object, knows_start) else {
-        return Ok(target);
-    };
-    let samples = planner.layout().samples;
-    match hold.holding(&ends.first_m, &ends.last_m, &object, samples) {
-        Ok(holding) => Ok(target.holding(holding)),
-        Err(PlanError::TooFewHold { .. }) => Ok(target),
-        Err(error) => Err(error),
-    }
-}
-
-/// Recorded motion against the prediction regions of plans that an earlier step made.
-///
-/// # Errors
-///
-/// As [`generate`].
-pub(crate) fn corridors_of(
-    method: Method,
-    dictionary: &Dictionary,
-    segments: &Segments,
-    plans: &[Plan],
-    settings: &Settings,
-) -> Result<Option<SegmentCorridors>, SessionError> {
-    let protocol = segments.protocol();
-    let (Method::Residual, Some(residual)) = (method, dictionary.residual(protocol)) else {
-        return Ok(None);
-    };
-    let Some(planner) = planner(method, dictionary, protocol, settings)? else {
-        return Ok(None);
-    };
-    let targets: Vec<_> = segments.ends().iter().map(Target::from).collect();
-    corridors(&planner, residual, &targets, plans, segments)
-        .map(Some)
-        .map_err(|source| plan_error(method, source))
-}
-
-fn corridors(
-    planner: &Planner,
-    residual: &Residual,
-    targets: &[Target],
-    plans: &[Plan],
-    segments: &Segments,
-) -> Result<SegmentCorridors, PlanError> {
-    let mahalanobis = inhand_parallel::try_up_to(plans.len(), |segment| -> Result<_, PlanError> {
-        let Some(trajectory) = &plans[segment].trajectory else {
-            return Ok(None);
-        };
-        let corridor = planner.corridor(&targets[segment])?;
-        let distances = (0..segments.layout().samples)
-            .map(|t| {
-                PerFinger::from_fn(|finger: Finger| {
-                    let recorded = segments.position(segment, t, finger);
-                    corridor.mahalanobis(trajectory, t, finger, recorded)
-                })
-            })
-            .collect();
-        Ok(Some(distances))
-    })?;
-    Ok(SegmentCorridors {
-        mahalanobis,
-        widths: residual.calibration.clone(),
-    })
 }
 
 /// Velocity bounds of plans, m/s: as the settings give them, else what the training takes showed,

@@ -5,7 +5,7 @@ use inhand_model::{
     Segments, Statistics,
 };
 
-use super::{Generated, cut_settings, evaluate, evaluation_rows, intervals, measure_recorded};
+use super::{Generated, cut_settings, evaluate, intervals, measure_recorded};
 use crate::error::{Located as _, SessionError};
 use crate::settings::{FilterKind, Role, Settings};
 
@@ -29,7 +29,8 @@ pub struct ProtocolRows<'a> {
     pub generated: &'a [Generated],
 }
 
-/// Compares motion that was generated for held-out segments with motion before the filter.
+/// Compares motion that was generated for held-out segments with motion before the filter. Without `tables` the rows are
+/// those that [`intervals`] needs.
 ///
 /// # Errors
 ///
@@ -39,12 +40,16 @@ pub fn held_out(
     motions: &[&Motion],
     dictionary: &Dictionary,
     generated: &[Generated],
+    tables: bool,
     settings: &Settings,
 ) -> Result<HeldOutResult, SessionError> {
     let comparison = measure_recorded(test, motions, dictionary, settings)?;
-    let judged = inhand_parallel::map(generated, |generated| evaluate(&comparison, generated));
+    let judged = inhand_parallel::map(generated, |generated| {
+        let (method, rows) = evaluate(&comparison, generated);
+        (method, if tables { rows } else { rows.compared() })
+    });
     let (methods, rows): (Vec<_>, Vec<_>) = judged.into_iter().unzip();
-    let rows = evaluation_rows(&comparison, rows);
+    let rows = comparison.into_rows(rows);
     let layout = test.layout();
     let rule = cut_settings(layout, (Role::Test, test.protocol()), settings).ends;
     let intervals = match test.is_empty() {

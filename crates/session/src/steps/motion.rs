@@ -1,5 +1,7 @@
 //! Movement and contact dynamics of the recording and of each method.
 
+use std::ops::Range;
+
 use inhand_evaluation::{
     EvaluationSettings, JudgedMethod, MovementSettings, contact_dynamics, filled_segments,
     motion_contacts, movement,
@@ -108,17 +110,18 @@ pub(super) fn evaluation_settings(settings: &Settings) -> Result<EvaluationSetti
     })
 }
 
-/// Signed distance of each pad to the object at each sample of a motion, metres; no sample where the object's shape or pose is not known.
+/// Signed distance of each pad to the object at these samples of a motion, metres; no sample where the object's shape or pose is not known.
 ///
 /// # Errors
 ///
 /// [`SessionError::Settings`].
 pub fn contacts(
     motion: &Motion,
+    samples: Range<usize>,
     settings: &Settings,
 ) -> Result<Vec<Option<PerFinger<f64>>>, SessionError> {
     Ok(match settings.shape()? {
-        Some(shape) => motion_contacts(motion, &shape, &evaluation_settings(settings)?),
+        Some(shape) => motion_contacts(motion, samples, &shape, &evaluation_settings(settings)?),
         None => Vec::new(),
     })
 }

@@ -1,13 +1,17 @@
-//! Content of a take's file beside the take that views need.
+//! Stored motion of a method as segments again.
 
 use std::collections::BTreeMap;
 
-use inhand_channels::{GeneratedSegment, ReadMethod};
 use inhand_model::{Clock, Configuration, Plan, PlanStatus, SegmentLayout, Trajectory};
 
-/// What one method generated.
-pub(super) struct StoredMethod {
-    pub(super) name: String,
+use super::ReadMethod;
+use crate::take::GeneratedSegment;
+
+/// What one method generated, in pieces that can be written or drawn.
+#[derive(Clone, Debug)]
+pub struct StoredMethod {
+    /// Name of the method.
+    pub name: String,
     /// Trajectories, or pieces of ones, with their starts.
     segments: Vec<(usize, Trajectory, Option<Plan>)>,
     /// Plans without motion and where it would start.
@@ -17,7 +21,7 @@ pub(super) struct StoredMethod {
 impl StoredMethod {
     /// The trajectories of a method as far as files tell: unbroken motion, which ends where the motion of
     /// another plan starts.
-    pub(super) fn new(method: ReadMethod, clock: Clock) -> Self {
+    pub fn new(method: ReadMethod, clock: Clock) -> Self {
         let failed = |plan: &Plan| match plan.status {
             PlanStatus::Infeasible | PlanStatus::Failed => true,
             PlanStatus::Solved | PlanStatus::AlmostSolved => false,
@@ -51,7 +55,7 @@ impl StoredMethod {
     }
 
     /// The motion, and the plans that found none.
-    pub(super) fn segments(&self) -> Vec<GeneratedSegment<'_>> {
+    pub fn segments(&self) -> Vec<GeneratedSegment<'_>> {
         let solved = self.segments.iter();
         let solved = solved.map(|(start_sample, trajectory, plan)| GeneratedSegment {
             start_sample: *start_sample,
